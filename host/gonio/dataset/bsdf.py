@@ -1,0 +1,88 @@
+"""bsdf.py: a BSDF dataset in memory: point lists of the DSF per incident direction, with everything that explains them."""
+
+from dataclasses import dataclass, field
+from enum import IntFlag
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Side = Literal["exterior", "interior", "undeclared"]
+Polarisation = Literal["unpolarised", "s", "p", "unknown"]
+Symmetry = Literal["none", "isotropic", "bilateral", "quadrilateral", "up", "undeclared"]
+
+
+class PointFlag(IntFlag):
+    """Why a point is what it is; 0 is a plain measured point. Bits are stored in HDF5, append only."""
+
+    MEASURED = 0
+    SHADOWED = 1  # masked: the detector's head shades the source
+    UNREACHABLE = 2  # masked: limits or collision zones; no sample was taken
+    HOLDER = 4  # masked: behind the sample holder
+    SATURATED = 8  # masked: both gains saturated
+    POSE_LOST = 16  # masked: no valid pose around the sample
+    CLOCK_UNSETTLED = 32  # masked: no sample clock yet
+    INTERPOLATED_POSE = 64  # used: a SYNC or TPDO next to it was lost
+    LOW_SIGNAL = 128  # used: under three standard deviations of the noise
+    SIMULATED = 256  # used: not measured but computed
+    NOT_MEASURED = 512  # masked: the plan had it, the scan ended before
+
+
+MASKED = (
+    PointFlag.SHADOWED
+    | PointFlag.UNREACHABLE
+    | PointFlag.HOLDER
+    | PointFlag.SATURATED
+    | PointFlag.POSE_LOST
+    | PointFlag.CLOCK_UNSETTLED
+    | PointFlag.NOT_MEASURED
+)
+
+
+@dataclass
+class Distribution:
+    """Scattered distribution for one incident direction and one channel.
+
+    Angles follow CONVENTIONS.md: theta 0-180 from the front normal, phi 0-360, both away from the sample.
+    All arrays have shape (n,). Masked points (flags & MASKED) have NaN in `dsf_per_sr`.
+    """
+
+    incident_theta_deg: float
+    incident_phi_deg: float
+    theta_deg: NDArray[np.float64]
+    phi_deg: NDArray[np.float64]
+    dsf_per_sr: NDArray[np.float64]  # signal / (normalisation * P_i) [1/sr]
+    variance_per_sr2: NDArray[np.float64]  # of dsf_per_sr, independent part
+    signal: NDArray[np.float64]  # dark-subtracted, in counts of the low gain
+    normalisation: NDArray[np.float64]  # lamp monitor relative to the reference scan
+    count: NDArray[np.int32]  # samples in the point
+    flags: NDArray[np.uint16]  # PointFlag
+    solid_angle_sr: NDArray[np.float64]  # spherical cell; 0 for points that only repeat another
+    time_ns: NDArray[np.int64]  # controller clock; 0 where there is none
+    channel: str = "visible"
+    wavelength_nm: float | None = None
+    p_i: float = 1.0  # reference beam, signal * sr
+    p_i_u_rel: float = 0.0
+    integrals: dict[str, float] = field(default_factory=dict)  # see reduce.integrals
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """Points that hold a value, shape (n,)."""
+        return (self.flags & MASKED) == 0
+
+
+@dataclass
+class Dataset:
+    """A whole BSDF file. `provenance` holds configuration, calibration, versions, the raw logs' hashes, corrections in
+    order and counters of lost samples, edges and frames: plain JSON values."""
+
+    distributions: list[Distribution]
+    sample_name: str = ""
+    front_faces: Side = "undeclared"
+    polarisation: Polarisation = "unknown"
+    symmetry: Symmetry = "undeclared"  # declared by the user, never guessed
+    thickness_mm: float | None = None
+    manufacturer: str = ""
+    provenance: dict[str, Any] = field(default_factory=dict)
+    # The free beam: unit vectors' polar angle from its axis and azimuth about it, signal, cell; empty when imported.
+    beam: Distribution | None = None
