@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
-#include <map>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "can.h"
@@ -18,7 +18,8 @@ public:
     virtual void on_frame(const gn_can_frame &frame) = 0;
 };
 
-// What the fault injector may do to a frame that wins arbitration.
+// What the fault injector may do to a frame that wins arbitration. Lost: nobody receives it, its sender neither.
+// Delayed: its sender asks for the bus again, delay_ns later (a frame is judged once).
 enum class Frame_fate { deliver, lose, delay };
 
 class Can_bus {
@@ -28,27 +29,37 @@ public:
     Can_bus(Scheduler &scheduler, std::uint32_t bits_per_s) : scheduler_(scheduler), bits_per_s_(bits_per_s) {}
     // The node's index; it must outlive the bus.
     int attach(Can_node &node);
-    // Queue a frame for arbitration.
+    // Queue a frame for arbitration. Frames queued at the same instant on a free bus take part in one arbitration.
     void send(int node, const gn_can_frame &frame);
     void set_judge(Judge judge) { judge_ = std::move(judge); }
+    // Frames that went over the wire.
     [[nodiscard]] std::uint64_t frames() const { return frames_; }
+    // Bit times in use so far; over the time passed it is the bus load.
+    [[nodiscard]] std::uint64_t busy_bits() const { return busy_bits_; }
 
 private:
-    void start_next();
-    void deliver(int sender, gn_can_frame frame);
-
     struct Pending {
-        int node;
         gn_can_frame frame;
+        std::uint64_t order;
+        int node;
+        bool judged;
     };
+    void queue(const Pending &pending);
+    void arbitrate();
+    void finish();
+    [[nodiscard]] std::int64_t bit_times_ns(std::uint64_t bits) const;
+
     Scheduler &scheduler_;
     std::uint32_t bits_per_s_;
     std::vector<Can_node *> nodes_;
-    std::map<std::pair<std::uint32_t, std::uint64_t>, Pending> waiting_;  // by identifier, then order
+    std::vector<Pending> waiting_; // the next winner is at the end
+    Pending on_wire_{};
+    bool lost_ = false;
+    bool busy_ = false; // a frame is on the wire or an arbitration is due
     std::uint64_t order_ = 0;
     std::uint64_t frames_ = 0;
-    bool busy_ = false;
+    std::uint64_t busy_bits_ = 0;
     Judge judge_;
 };
 
-}  // namespace gonio::sim
+} // namespace gonio::sim

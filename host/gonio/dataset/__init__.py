@@ -1,0 +1,1 @@
+"""dataset: the BSDF dataset in memory and in HDF5 (NeXus)."""

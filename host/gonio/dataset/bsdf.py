@@ -1,4 +1,4 @@
-"""bsdf.py: a BSDF dataset in memory: point lists of the DSF per incident direction, with everything that explains them."""
+"""bsdf.py: a BSDF dataset in memory: point lists of the DSF per incident direction, with all that explains them."""
 
 from dataclasses import dataclass, field
 from enum import IntFlag
@@ -68,7 +68,7 @@ class Distribution:
     @property
     def measured(self) -> NDArray[np.bool_]:
         """Points that hold a value, shape (n,)."""
-        return (self.flags & MASKED) == 0
+        return np.asarray((self.flags & MASKED) == 0)
 
 
 @dataclass

@@ -6,6 +6,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from gonio.units.instrument import Instrument
+
 PathKind = Literal["move", "reference", "coarse", "peak"]
 
 
@@ -66,6 +68,7 @@ class Program:
     # Plain JSON: the plan's own text and settings, sample data (name, front_faces, symmetry, thickness, manufacturer),
     # beam shape and head size for shading; goes into the raw log's metadata as it is.
     metadata: dict[str, Any] = field(default_factory=dict)
+    instrument: Instrument | None = None  # for which it was compiled; resume plans new moves with it
 
     @property
     def duration_s(self) -> float:

@@ -1,0 +1,104 @@
+# Makefile: everything from a clean clone: `make demo`, `make test`; `make help` lists the rest. Each set-up step runs once.
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+MAKEFLAGS += --no-print-directory
+
+PYTHON ?= python3
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+CLANG := 14
+BIN := .venv/bin
+GONIO := $(BIN)/gonio
+DEMO := build/demo
+STAMPS := build/.stamps
+CMAKE := cmake -G Ninja $(if $(shell command -v ccache),-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+JOBS := 2
+
+BUILD_PACKAGES := build-essential cmake ninja-build python3 python3-venv nanopb libnanopb-dev libtomlplusplus-dev libgtest-dev
+CHECK_PACKAGES := clang-$(CLANG) clang-tidy-$(CLANG) clang-format-$(CLANG) clang-tools-$(CLANG) libclang-rt-$(CLANG)-dev
+SCHEMA := protocol/gonio.proto protocol/gonio.options protocol/records.toml protocol/generate.py
+GENERATED := host/gonio/protocol/generated
+C_FILES = $(shell git ls-files -co --exclude-standard 'firmware/*.c' 'firmware/*.h' 'firmware/*.cpp' 'sim/*.cpp' 'sim/*.hpp')
+
+.PHONY: help setup build demo check test test-native test-sanitize test-fuzz test-host bench coverage soak clean
+
+help: ## this list
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
+
+setup: $(STAMPS)/apt-build .venv/.installed $(GENERATED)/.stamp ## system packages, virtual environment, generated code
+
+build: setup build/native/build.ninja ## firmware core and twin
+	@ninja -C build/native --quiet
+
+demo: build ## measure a simulated sample from end to end; results in build/demo
+	@docs/examples/demo.sh $(DEMO)
+
+check: build $(STAMPS)/apt-check ## formatting, static analysis, types, layers
+	clang-format-$(CLANG) --dry-run -Werror $(C_FILES)
+	run-clang-tidy-$(CLANG) -quiet -j $(JOBS) -p build/native '/(firmware/core|firmware/port|sim/devices|sim/optics|sim/twin)/' > build/clang-tidy.log 2>&1 \
+	  || { grep -E 'warning:|error:' build/clang-tidy.log | sort -u; exit 1; }
+	$(BIN)/ruff check --config host/pyproject.toml host protocol
+	$(BIN)/ruff format --check --config host/pyproject.toml host protocol
+	cd host && ../$(BIN)/mypy gonio
+	cd host && ../$(BIN)/lint-imports --no-cache
+
+test: test-native test-sanitize test-fuzz test-host ## all tests, sanitizer build and short fuzzing included
+
+test-native: build
+	ctest --test-dir build/native --output-on-failure
+
+test-sanitize: setup build/sanitize/build.ninja
+	@ninja -C build/sanitize --quiet
+	ctest --test-dir build/sanitize --output-on-failure
+
+test-fuzz: setup $(STAMPS)/apt-check build/fuzz/build.ninja
+	@ninja -C build/fuzz --quiet
+	firmware/fuzz/run.sh build/fuzz/firmware -seed=1 -runs=30000
+
+test-host: build
+	cd host && ../$(BIN)/pytest -n $(JOBS)
+
+bench: build ## the hot loops beside their peers; tables and build/bench/*.json
+	$(BIN)/python host/benchmarks/bench.py build/bench
+
+coverage: setup build/coverage/build.ninja ## line coverage of the firmware core
+	@ninja -C build/coverage --quiet
+	ctest --test-dir build/coverage --output-on-failure
+	$(BIN)/gcovr --root . --filter firmware/core build/coverage
+
+soak: setup $(STAMPS)/apt-check build/fuzz/build.ninja ## ten minutes of fuzzing per target
+	@ninja -C build/fuzz --quiet
+	firmware/fuzz/run.sh build/fuzz/firmware -max_total_time=600
+
+clean: ## remove what was built (the virtual environment stays)
+	rm -rf build $(GENERATED)
+
+$(STAMPS)/apt-build: PACKAGES := $(BUILD_PACKAGES)
+$(STAMPS)/apt-check: PACKAGES := $(CHECK_PACKAGES)
+$(STAMPS)/apt-%:
+	@mkdir -p $(STAMPS)
+	@dpkg-query -W -f '$${db:Status-Status}\n' $(PACKAGES) 2>/dev/null | grep -cx installed | grep -qx $(words $(PACKAGES)) || { \
+	  $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(PACKAGES); }
+	@touch $@
+
+.venv/.installed: requirements.txt host/pyproject.toml | $(STAMPS)/apt-build
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install -q --disable-pip-version-check -r requirements.txt
+	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e host
+	@touch $@
+
+$(GENERATED)/.stamp: $(SCHEMA) .venv/.installed
+	@mkdir -p $(GENERATED)
+	@$(BIN)/python protocol/generate.py --python $(GENERATED)/records.py
+	@$(BIN)/python -m grpc_tools.protoc -Iprotocol --python_out=$(GENERATED) --pyi_out=$(GENERATED) gonio.proto
+	@echo '"""Generated from protocol/ at build time."""' > $(GENERATED)/__init__.py
+	@touch $@
+
+build/native/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build
+	@$(CMAKE) -S . -B build/native > /dev/null
+build/sanitize/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build
+	@$(CMAKE) -S . -B build/sanitize -DCMAKE_BUILD_TYPE=Debug -DGONIO_SANITIZE=ON > /dev/null
+build/coverage/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build
+	@$(CMAKE) -S . -B build/coverage -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS=--coverage -DCMAKE_CXX_FLAGS=--coverage > /dev/null
+build/fuzz/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build $(STAMPS)/apt-check
+	@CC=clang-$(CLANG) CXX=clang++-$(CLANG) $(CMAKE) -S . -B build/fuzz -DGONIO_SANITIZE=ON -DGONIO_FUZZ=ON > /dev/null

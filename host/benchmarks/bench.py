@@ -1,0 +1,141 @@
+"""bench.py: the hot loops beside their peers in one run: a table and NAME.json files. `make bench` runs it."""
+
+import json
+import os
+import platform
+import resource
+import statistics
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial import SphericalVoronoi
+
+from gonio.geometry.cells import solid_angles_sr
+from gonio.protocol.generated import records
+from gonio.rawlog.decode import decode_sample_blocks
+
+ROOT = Path(__file__).resolve().parents[2]
+SAMPLES_PER_BLOCK = 100
+
+
+def seconds(work: Callable[[], object], runs: int) -> float:
+    """Median wall time of `runs` calls."""
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def row(
+    name: str, unit: str, ours: float, peer: float | None, peer_name: str, runs: int, *, high: bool
+) -> dict[str, Any]:
+    """One line of a table; `ratio` > 1 means that ours is better. A peer of None was not run."""
+    ratio = None if peer is None else (ours / peer if high else peer / ours)
+    return {
+        "name": name,
+        "unit": unit,
+        "ours": ours,
+        "peer": peer,
+        "peer_name": peer_name,
+        "ratio": ratio,
+        "runs": runs,
+    }
+
+
+def decode() -> list[dict[str, Any]]:
+    """Raw sample blocks to arrays, against a loop over struct.unpack."""
+    block = np.zeros(1, records.SAMPLE_BLOCK_DTYPE)
+    block["count"], block["period_ns"], block["window"] = SAMPLES_PER_BLOCK, 1e6, 1000
+    rng = np.random.default_rng(1)
+    payloads = []
+    for number in range(50_000):
+        block["first_sample"] = number * SAMPLES_PER_BLOCK
+        body = rng.integers(0, 255, SAMPLES_PER_BLOCK * records.SAMPLE_DTYPE.itemsize, np.uint8)
+        payloads.append(block.tobytes() + body.tobytes())
+    few = payloads[:2000]
+    record = struct.Struct("<iiihH")
+    offset = records.SAMPLE_BLOCK_DTYPE.itemsize
+
+    def plain() -> list[tuple[int, ...]]:
+        return [values for payload in few for values in record.iter_unpack(payload[offset:])]
+
+    ours = len(payloads) * SAMPLES_PER_BLOCK / seconds(lambda: decode_sample_blocks(payloads), 7) / 1e6
+    peer = len(few) * SAMPLES_PER_BLOCK / seconds(plain, 5) / 1e6
+    return [row("decode raw sample blocks", "M samples/s", ours, peer, "struct.iter_unpack", 7, high=True)]
+
+
+def cells() -> list[dict[str, Any]]:
+    """Spherical cells of irregular points, against scipy's own."""
+    points = np.random.default_rng(2).normal(size=(200_000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+
+    def peer() -> None:
+        SphericalVoronoi(points).calculate_areas()
+
+    return [
+        row("spherical cells of 200,000 points", "s", seconds(lambda: solid_angles_sr(points), 3), seconds(peer, 3),
+            "scipy SphericalVoronoi + areas", 3, high=False)
+    ]  # fmt: skip
+
+
+def scan() -> list[dict[str, Any]]:
+    """100,000 samples in virtual time: firmware and twin alone, then the whole command with Python included."""
+    twin = os.environ.get("GONIO_TWIN", str(ROOT / "build/native/sim/gonio-twin"))
+    alone = [json.loads(subprocess.run([f"{twin}-bench"], check=True, capture_output=True).stdout) for _ in range(3)]
+    payloads = {run["payload_crc32c"] for run in alone}
+    if len(payloads) != 1:
+        raise SystemExit(f"gonio-twin-bench: the same seed gave different payloads: {sorted(payloads)}")
+    gonio = str(Path(sys.executable).with_name("gonio"))
+    plan, scenario = ROOT / "docs/examples/pairing.toml", ROOT / "sim/scenarios/pairing.toml"
+    with tempfile.TemporaryDirectory() as folder:
+        number = iter(range(100))
+
+        def whole() -> None:
+            raw = Path(folder) / f"raw{next(number)}.mcap"
+            command = [gonio, "scan", str(plan), "--device", f"twin:{scenario}", "-o", str(raw)]
+            subprocess.run(command, check=True, capture_output=True)
+
+        wall = seconds(whole, 3)
+    virtual = statistics.median(run["virtual_s"] for run in alone)
+    wall_alone = statistics.median(run["wall_s"] for run in alone)
+    real = "the instrument in real time"
+    return [
+        row("firmware and twin, 100,000 samples", "s", wall_alone, virtual, real, 3, high=False),
+        row("gonio scan, 100,000 samples, all included", "s", wall, virtual, real, 3, high=False),
+    ]
+
+
+def machine() -> dict[str, Any]:
+    model = next((line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
+                  if line.startswith("model name")), platform.processor())  # fmt: skip
+    return {"cpu": model, "cores": os.cpu_count(), "python": platform.python_version(), "numpy": np.__version__}
+
+
+def main() -> None:
+    out = Path(sys.argv[1] if len(sys.argv) > 1 else "build/bench")
+    out.mkdir(parents=True, exist_ok=True)
+    lines = [f"{'':46} {'unit':12} {'ours':>10} {'peer':>10} {'ratio':>8}  peer"]
+    for bench in (decode, cells, scan):
+        rows = bench()
+        text = json.dumps({"bench": bench.__name__, "machine": machine(), "rows": rows}, indent=1)
+        (out / f"{bench.__name__}.json").write_text(text + "\n")
+        for line in rows:
+            peer, ratio = ("not run", "-") if line["peer"] is None else (f"{line['peer']:.3g}", f"{line['ratio']:.3g}")
+            lines.append(
+                f"{line['name']:46} {line['unit']:12} {line['ours']:10.3g} {peer:>10} {ratio:>8}  {line['peer_name']}"
+            )
+    lines.append(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MiB")
+    sys.stdout.write("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()

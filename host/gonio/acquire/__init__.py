@@ -1,0 +1,1 @@
+"""Driving the instrument: configuration, homing, running a program, resuming it."""

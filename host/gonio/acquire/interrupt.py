@@ -1,0 +1,52 @@
+"""interrupt.py: how a running scan is asked to stop: Ctrl-C, SIGTERM, or gonio stop through the control socket."""
+
+import signal
+from types import FrameType
+from typing import Self
+
+from gonio.acquire.control import ControlSocket
+from gonio.units.errors import GonioError
+
+
+class ScanStopped(GonioError):  # noqa: N818 - nothing went wrong: someone asked
+    """The scan was stopped on request; the status is the shell's for SIGINT."""
+
+    exit_status = 128 + signal.SIGINT
+
+
+class Interrupt:
+    """Collects requests to stop.
+
+    A second Ctrl-C or SIGTERM while stopping ends the program at once: the firmware then stops by itself within its
+    expiry.
+    """
+
+    def __init__(self, control: ControlSocket | None = None) -> None:
+        self._control = control
+        self._handlers: dict[int, signal.Handlers | signal._HANDLER] = {}
+        self._acknowledged = False
+        self.reason: str | None = None
+
+    def _on_signal(self, number: int, _frame: FrameType | None) -> None:
+        if self._acknowledged:
+            raise KeyboardInterrupt
+        self.reason = "Ctrl-C" if number == signal.SIGINT else "SIGTERM"
+
+    def check(self) -> None:
+        """Raise ScanStopped, once, when someone asked to stop."""
+        if self._acknowledged:
+            return
+        if self._control and self.reason is None:
+            self.reason = self._control.poll()
+        if self.reason is not None:
+            self._acknowledged = True
+            raise ScanStopped(f"stopped by {self.reason}")
+
+    def __enter__(self) -> Self:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._handlers[number] = signal.signal(number, self._on_signal)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)

@@ -1,0 +1,1 @@
+"""File formats for BSDF data: one module each, plus the validator."""

@@ -1,0 +1,1 @@
+"""geometry: directions, kinematics of the instrument, spherical cells."""

@@ -1,0 +1,1 @@
+"""The raw log: what came over the link, unprocessed, in MCAP files."""

@@ -1,0 +1,1 @@
+"""reduce: from the raw log to a BSDF dataset."""

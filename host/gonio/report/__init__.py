@@ -1,0 +1,1 @@
+"""Reports: a dataset as one self-contained HTML file and as a summary in JSON."""

@@ -1,0 +1,1 @@
+"""simulate: what an ideal sample would show the instrument."""

@@ -1,0 +1,57 @@
+"""test_device.py: device names, and the twin that is not built."""
+
+from pathlib import Path
+
+import pytest
+
+from gonio.link.device import DEFAULT_PORT, parse_device
+from gonio.link.transport import open_transport
+from gonio.units.errors import UsageError
+
+
+def test_names(tmp_path: Path) -> None:
+    scenario = tmp_path / "a.toml"
+    scenario.write_text("")
+    twin = parse_device(f"twin:{scenario}")
+    assert twin.scenario == scenario
+    assert twin.lock_step
+    tcp = parse_device("tcp://127.0.0.1:4000")
+    assert (tcp.host, tcp.port, tcp.lock_step) == ("127.0.0.1", 4000, False)
+    assert parse_device("tcp://localhost").port == DEFAULT_PORT
+    assert parse_device("tcp://[::1]:4000").host == "::1"
+
+
+@pytest.mark.parametrize("name", ["", "twin:missing.toml", "tcp://", "tcp://host:port", "usb:", "127.0.0.1:4000"])
+def test_other_names_are_refused_in_one_line(name: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        parse_device(name)
+    assert "\n" not in str(caught.value)
+
+
+def test_twin_that_is_not_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = tmp_path / "a.toml"
+    scenario.write_text("")
+    monkeypatch.setenv("GONIO_TWIN", str(tmp_path / "no-twin"))
+    with pytest.raises(UsageError, match="run make build"):
+        open_transport(parse_device(f"twin:{scenario}"))
+
+
+def test_twin_that_does_not_start_is_quoted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = tmp_path / "a.toml"
+    scenario.write_text("")
+    program = tmp_path / "twin"
+    program.write_text("#!/bin/sh\necho 'gonio-twin: a.toml: seed is missing' >&2\nexit 2\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("GONIO_TWIN", str(program))
+    with pytest.raises(UsageError, match=r"^a\.toml: seed is missing$"):
+        open_transport(parse_device(f"twin:{scenario}"))
+
+
+def test_nobody_listens() -> None:
+    with pytest.raises(UsageError, match="cannot connect"):
+        open_transport(parse_device("tcp://127.0.0.1:1"))
+
+
+def test_only_a_twin_writes_truth() -> None:
+    with pytest.raises(UsageError, match="only a twin"):
+        open_transport(parse_device("tcp://127.0.0.1:1"), truth=Path("truth.bin"))

@@ -1,0 +1,63 @@
+// set_points.hpp: where the axis is told to be: cyclic targets interpolated over the cycle, and profile position.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "ramp.hpp"
+
+namespace gonio::sim {
+
+// Cyclic synchronous position: from the present set-point to the target in one interpolation period.
+class Interpolator {
+public:
+    void hold(double position_counts) {
+        from_counts_ = to_counts_ = position_counts;
+        period_ns_ = 1;
+    }
+    void take(std::int64_t now_ns, double target_counts, std::int64_t period_ns) {
+        from_counts_ = at(now_ns);
+        to_counts_ = target_counts;
+        start_ns_ = now_ns;
+        period_ns_ = period_ns;
+    }
+    [[nodiscard]] double at(std::int64_t time_ns) const {
+        const double share = static_cast<double>(time_ns - start_ns_) / static_cast<double>(period_ns_);
+        return from_counts_ + (to_counts_ - from_counts_) * std::clamp(share, 0.0, 1.0);
+    }
+
+private:
+    double from_counts_ = 0.0;
+    double to_counts_ = 0.0;
+    std::int64_t start_ns_ = 0;
+    std::int64_t period_ns_ = 1;
+};
+
+// Profile position: set-points by the handshake of controlword bit 4 and statusword bit 12, one in advance.
+class Profile_position {
+public:
+    struct Limits {
+        double speed_counts_per_s;
+        double acceleration_counts_per_s2;
+        double deceleration_counts_per_s2;
+    };
+    void reset(double position_counts);
+    // A controlword came; the target is absolute.
+    void command(bool new_set_point, bool change_at_once, double target_counts);
+    void step(double dt_s, const Limits &limits, bool halt, Ramp &ramp);
+
+    [[nodiscard]] bool acknowledged() const { return acknowledged_; }
+    [[nodiscard]] bool reached() const { return !moving_; }
+    // What a relative set-point adds to.
+    [[nodiscard]] double last_target_counts() const { return waiting_ ? next_counts_ : target_counts_; }
+
+private:
+    double target_counts_ = 0.0;
+    double next_counts_ = 0.0;
+    bool moving_ = false;
+    bool waiting_ = false; // next_counts_ follows
+    bool last_bit_ = false;
+    bool acknowledged_ = false;
+};
+
+} // namespace gonio::sim

@@ -1,0 +1,88 @@
+// test_scenario.cpp: every scenario of the repository loads; a wrong one is refused in one line that names key and file.
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "scenario.hpp"
+#include "toml_table.hpp"
+
+namespace gonio::sim {
+namespace {
+
+std::filesystem::path const scenarios = GONIO_SOURCE_DIR "/sim/scenarios";
+
+Scenario load_text(const std::string &text) {
+    std::filesystem::path const path = std::filesystem::path(testing::TempDir()) / "scenario_under_test.toml";
+    std::ofstream(path) << text;
+    return load_scenario(path, GONIO_SOURCE_DIR);
+}
+
+std::string refusal(const std::string &text) {
+    try {
+        load_text(text);
+    } catch (const Input_error &error) {
+        return error.what();
+    }
+    return "";
+}
+
+} // namespace
+
+TEST(Scenario, AllOfTheRepositoryLoad) {
+    int loaded = 0;
+    for (const auto &entry : std::filesystem::directory_iterator(scenarios)) {
+        if (entry.path().filename().string().find("-axes") == std::string::npos) {
+            EXPECT_NO_THROW(load_scenario(entry.path(), GONIO_SOURCE_DIR)) << entry.path();
+            ++loaded;
+        }
+    }
+    EXPECT_GE(loaded, 10);
+}
+
+TEST(Scenario, UnknownKeysAreRefusedByName) {
+    for (const std::string text : {"colour = 3", "[sample]\nname = \"x\"", "[beam]\ndiametre_mm = 3",
+                                   "[sample]\ncomponents = [{ kind = \"lambertian\", albedo = 0.5 }]",
+                                   "[[fault]]\nkind = \"sync_lost\"\nwhen_s = 1"}) {
+        std::string const said = refusal(text);
+        EXPECT_NE(said.find("scenario_under_test.toml"), std::string::npos) << said;
+        EXPECT_EQ(said.find('\n'), std::string::npos);
+        EXPECT_NE(said.find("is not a key"), std::string::npos) << said;
+    }
+    EXPECT_NE(refusal("[beam]\ndiametre_mm = 3").find("diametre_mm"), std::string::npos);
+}
+
+TEST(Scenario, ImpossibleValuesAreRefused) {
+    for (const std::string text :
+         {"[beam]\nkind = \"wide\"", "[beam]\ndivergence_deg = 0.5\nedge_deg = 0.6", "[beam]\ndiameter_mm = \"big\"",
+          "[sample]\ncomponents = [{ kind = \"gaussian\", about = \"up\", sigma_deg = 1 }]",
+          "[sample]\ncomponents = [{ kind = \"gaussian\", about = \"mirror\" }]", "[drives]\nlatch_delay_us = [1, 2]",
+          "[drives]\npersonality = [\"full\", \"full\", \"odd\", \"full\"]", "[[fault]]\nkind = \"earthquake\"",
+          "[[fault]]\nkind = \"emcy\"\naxis = 4", "[timing]\nsync_jitter_us = -1", "seed = ", "instrument = \"nowhere.toml\""}) {
+        std::string const said = refusal(text);
+        EXPECT_NE(said.find(".toml"), std::string::npos) << text;
+        EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    }
+}
+
+TEST(Scenario, ValuesArrive) {
+    Scenario const s = load_scenario(scenarios / "pairing.toml", GONIO_SOURCE_DIR);
+    EXPECT_EQ(s.instrument.name, "reference goniophotometer, delays calibrated");
+    EXPECT_DOUBLE_EQ(s.timing.sync_jitter_us, 120.0);
+    EXPECT_DOUBLE_EQ(s.high_delay_us, 180.0);
+    EXPECT_DOUBLE_EQ(s.drives.latch_delay_us.at(2), 70.0);
+    EXPECT_EQ(s.drives.personality.at(3), "full");
+    ASSERT_EQ(s.sample.lobes.size(), 1U);
+    EXPECT_DOUBLE_EQ(s.sample.lobes.front().sigma_deg, 1.2);
+    Scenario const losses = load_scenario(scenarios / "fault_losses.toml", GONIO_SOURCE_DIR);
+    EXPECT_EQ(losses.faults.size(), 8U);
+}
+
+// A collimated beam looks as wide as its diameter seen from the detector.
+TEST(Scenario, CollimatedBeamsWidthIsItsDiameter) {
+    Scenario const s = load_text("[beam]\nkind = \"collimated\"\ndiameter_mm = 65.0");
+    EXPECT_NEAR(s.beam.full_width_rad, 2.0 * std::atan(32.5 / 1020.0), 1e-12);
+    EXPECT_DOUBLE_EQ(s.beam_diameter_at_head_mm, 65.0);
+}
+
+} // namespace gonio::sim

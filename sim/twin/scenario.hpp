@@ -1,0 +1,81 @@
+// scenario.hpp: a scenario file: the sample, the light, the detector, timing, drives and faults of one simulated run.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "closed_form.hpp"
+#include "detector.hpp"
+#include "digitiser.hpp"
+#include "instrument.hpp"
+
+namespace gonio::sim {
+
+enum class Fault_kind {
+    strobe_lost,          // count, counted
+    strobe_extra,         // a spurious pulse
+    sync_lost,            // count
+    tpdo_late,            // axis, delay_us, count
+    drive_misses_sync,    // axis
+    packet_lost,          // count
+    packet_counter_start, // value; from the start
+    node_silent,          // axis
+    node_missing,         // axis; from the start
+    emcy,                 // axis, code
+    blocked,              // axis
+    sto_open,
+    door_open,
+    emergency_stop,
+    host_silent,
+};
+
+struct Fault {
+    Fault_kind kind;
+    double at_s;               // from power-up, or after path number `after_path` (from 1) began to move
+    std::uint32_t after_path;  // 0: from power-up
+    std::size_t axis;          // 0..3
+    std::uint32_t count;
+    bool counted;              // lost edges show in the kernel's numbers
+    double delay_us;
+    std::uint32_t value;       // code of the EMCY, or the counter's start
+};
+
+struct Timing {
+    double sync_jitter_us;    // the real-time thread wakes late by up to this
+    double strobe_latency_us; // mean of the one-sided exponential
+    double echo_latency_us;   // the same for the receive stamps of CAN frames
+};
+
+struct Drives {
+    std::array<std::string, axis_count> personality;
+    std::array<double, axis_count> latch_delay_us;
+    std::array<double, axis_count> initial_deg;
+};
+
+struct Scenario {
+    std::filesystem::path path;
+    std::filesystem::path eds_directory;
+    std::uint64_t seed;
+    Instrument instrument;
+    Sample sample;
+    bool sample_mounted;
+    Beam_profile beam;
+    double beam_diameter_at_head_mm;
+    double power_counts;       // low-gain counts for an apparent DSF of 1/sr
+    Detector_config detector;
+    double high_delay_us;      // the value belongs to the light this long before the sample's time
+    double low_delay_us;
+    Timing timing;
+    Digitiser_config digitiser;
+    Drives drives;
+    std::vector<Fault> faults;
+};
+
+// Unknown keys and impossible values throw Input_error. The instrument file is the one that the scenario names (relative to
+// it), else axes.toml beside the scenario, else protocol/axes.toml under source_directory.
+Scenario load_scenario(const std::filesystem::path &path, const std::filesystem::path &source_directory);
+
+} // namespace gonio::sim
