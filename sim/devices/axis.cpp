@@ -260,6 +260,9 @@ bool Axis::set_torque_allowed(bool allowed) {
 void Axis::latch(std::int64_t time_ns) {
     objects_.actual.value = std::llround(servo_.position_counts(time_ns)) - zero_counts_;
     objects_.velocity.value = std::llround(servo_.velocity_counts_per_s(time_ns));
+    const double since = static_cast<double>(servo_.end_ns() - time_ns) / static_cast<double>(Servo::step_ns);
+    const double demand = demand_counts_ - std::clamp(since, 0.0, 1.0) * step_s * demand_velocity_counts_per_s_;
+    objects_.demand.value = std::llround(demand);
     objects_.following_error.value = objects_.demand.value - objects_.actual.value;
 }
 
@@ -287,7 +290,6 @@ void Axis::update_status() {
     }
     objects_.statusword.value = word;
     objects_.mode_display.value = mode_;
-    objects_.demand.value = std::llround(demand_counts_);
     objects_.inputs.value = (negative_switch() ? switch_input : 0) | (torque_allowed_ ? 0 : interlock_input);
 }
 

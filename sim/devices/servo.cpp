@@ -45,12 +45,21 @@ Servo::Node Servo::follow(const Node &from, const Servo_input &input) const {
     const double first = w * (w * a - 2.0 * b);
     const double last = w * (w * end - 2.0 * b) * decay_;
     const double most = config_.max_acceleration_counts_per_s2;
-    if (std::abs(first) <= most && std::abs(last) <= most) {
+    const double near = near_counts();
+    if (std::abs(first) <= most && std::abs(last) <= most && std::abs(a) <= near && std::abs(end * decay_) <= near) {
         return to;
     }
-    const double limited = std::clamp(first, -most, most);
+    // The same law as a cascade, 2 w (v' - x') with v' = r' - w a / 2, but far away v' is no more than can be braked.
+    const double approach = std::abs(a) <= near ? 0.5 * w * std::abs(a) : std::sqrt(most * (std::abs(a) - 0.5 * near));
+    const double wanted = slope - std::copysign(approach, a);
+    const double limited = std::clamp(2.0 * w * (wanted - from.velocity_counts_per_s), -most, most);
     return Node{from.position_counts + (from.velocity_counts_per_s + 0.5 * limited * step_s) * step_s,
                 from.velocity_counts_per_s + limited * step_s};
+}
+
+// Where the linear law w a / 2 meets the root of braking with half the limit, with the same slope.
+double Servo::near_counts() const {
+    return 2.0 * config_.max_acceleration_counts_per_s2 / (omega_rad_per_s_ * omega_rad_per_s_);
 }
 
 // Without torque: friction against the motion, gravity if it overcomes friction.

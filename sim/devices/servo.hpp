@@ -53,6 +53,7 @@ private:
     };
     [[nodiscard]] const Node &node(std::int64_t step) const { return nodes_[static_cast<std::size_t>(step) % 64]; }
     [[nodiscard]] Place place(std::int64_t time_ns) const;
+    [[nodiscard]] double near_counts() const;
     [[nodiscard]] Node follow(const Node &from, const Servo_input &input) const;
     [[nodiscard]] Node coast(const Node &from, double braking_counts_per_s2) const;
 

@@ -1,36 +1,30 @@
 // set_points.hpp: where the axis is told to be: cyclic targets interpolated over the cycle, and profile position.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 
 #include "ramp.hpp"
 
 namespace gonio::sim {
 
-// Cyclic synchronous position: from the present set-point to the target in one interpolation period.
+// Cyclic synchronous position: each target is reached one interpolation period after its SYNC. The periods stand on a
+// grid that follows SYNC slowly, and begin an eighth of a period late, so that SYNC's jitter does not become velocity.
 class Interpolator {
 public:
-    void hold(double position_counts) {
-        from_counts_ = to_counts_ = position_counts;
-        period_ns_ = 1;
-    }
-    void take(std::int64_t now_ns, double target_counts, std::int64_t period_ns) {
-        from_counts_ = at(now_ns);
-        to_counts_ = target_counts;
-        start_ns_ = now_ns;
-        period_ns_ = period_ns;
-    }
-    [[nodiscard]] double at(std::int64_t time_ns) const {
-        const double share = static_cast<double>(time_ns - start_ns_) / static_cast<double>(period_ns_);
-        return from_counts_ + (to_counts_ - from_counts_) * std::clamp(share, 0.0, 1.0);
-    }
+    void hold(double position_counts);
+    void take(std::int64_t now_ns, double target_counts, std::int64_t period_ns);
+    [[nodiscard]] double at(std::int64_t time_ns) const;
 
 private:
-    double from_counts_ = 0.0;
-    double to_counts_ = 0.0;
-    std::int64_t start_ns_ = 0;
+    struct Segment {
+        double from_counts = 0.0;
+        double to_counts = 0.0;
+        std::int64_t start_ns = 0;
+    };
+    Segment previous_, current_;
+    std::int64_t grid_ns_ = 0;
     std::int64_t period_ns_ = 1;
+    bool running_ = false;
 };
 
 // Profile position: set-points by the handshake of controlword bit 4 and statusword bit 12, one in advance.

@@ -62,8 +62,8 @@ Zonal_table log_of_convolved_lobe(const Beam_kernel &kernel, double sigma_rad) {
         return 2.0 * pi * sum / half_steps;
     };
     double const end = std::min(pi, lobe_reach_sigma * sigma_rad + kernel.end_rad());
-    return {[&](double angle) { return std::log(peak * kernel.convolve(ring, angle)); }, even_breaks(end, 2.0 * sigma_rad),
-            36};
+    return {[&](double angle) { return std::log(peak * kernel.convolve(ring, angle)); },
+            even_breaks(end, 2.0 * sigma_rad), 36};
 }
 
 } // namespace

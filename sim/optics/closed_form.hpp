@@ -1,4 +1,5 @@
-// closed_form.hpp: samples whose scattering is known in closed form: Lambertian, Gaussian lobes, the straight-through beam, any sum.
+// closed_form.hpp: samples whose scattering is known in closed form: Lambertian, Gaussian lobes, the straight-through
+// beam, any sum.
 #pragma once
 
 #include <memory>
@@ -49,7 +50,7 @@ private:
     struct Lobe {
         Lobe_axis about;
         double integral;
-        Zonal_table log_dsf;  // of unit integral
+        Zonal_table log_dsf; // of unit integral
     };
 
     [[nodiscard]] double cosine(double angle_cosine) const;
@@ -58,9 +59,9 @@ private:
     double reflectance_ = 0.0;
     double transmittance_ = 0.0;
     double straight_ = 0.0;
-    double cosine_share_ = 0.0;   // what the convolution leaves of a cosine, away from the horizon
-    Zonal_table horizon_;         // the convolved cosine within the kernel's reach of the horizon
+    double cosine_share_ = 0.0; // what the convolution leaves of a cosine, away from the horizon
+    Zonal_table horizon_;       // the convolved cosine within the kernel's reach of the horizon
     std::vector<Lobe> lobes_;
 };
 
-}  // namespace gonio::sim
+} // namespace gonio::sim

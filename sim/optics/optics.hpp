@@ -11,8 +11,8 @@ using Vec3 = std::array<double, 3>;
 // Directions are unit vectors in the sample frame, pointing away from the sample; `incident` towards the source.
 struct Reading {
     Vec3 incident;
-    Vec3 outgoing;          // to the centre of the detector's aperture
-    bool sample_mounted;    // false: the free beam
+    Vec3 outgoing;       // to the centre of the detector's aperture
+    bool sample_mounted; // false: the free beam
 };
 
 class Optics {
@@ -24,4 +24,4 @@ public:
     [[nodiscard]] virtual double apparent_dsf_per_sr(const Reading &reading) const = 0;
 };
 
-}  // namespace gonio::sim
+} // namespace gonio::sim

@@ -99,8 +99,8 @@ double Zonal_table::at(double angle_rad) const {
     double const half = 0.5 * (breaks_[piece + 1] - breaks_[piece]);
     double const x = std::clamp((angle_rad - middle) / half, -1.0, 1.0);
     double const position = (std::asin(x) / pi + 0.5) * static_cast<double>(steps_);
-    auto const first = static_cast<std::size_t>(
-        std::clamp(std::floor(position) - 1.0, 0.0, static_cast<double>(steps_ - 3)));
+    auto const first =
+        static_cast<std::size_t>(std::clamp(std::floor(position) - 1.0, 0.0, static_cast<double>(steps_ - 3)));
     double const t = position - static_cast<double>(first);
     const double *v = &values_[piece * (steps_ + 1) + first];
     // Lagrange's polynomial through four points at t = 0, 1, 2, 3.

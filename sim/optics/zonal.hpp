@@ -1,4 +1,5 @@
-// zonal.hpp: functions of the angle to an axis: their tables, and their convolution on the sphere with beam and aperture.
+// zonal.hpp: functions of the angle to an axis: their tables, and their convolution on the sphere with beam and
+// aperture.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,8 @@ double integrate_rad(const Zonal &f, const std::vector<double> &breaks_rad);
 // Integral over the sphere of a zonal function that is zero beyond the last break [sr].
 double integrate_sphere_sr(const Zonal &f, const std::vector<double> &breaks_rad);
 
-// A zonal function, tabulated piece by piece between its kinks (points crowd there) with cubic interpolation; 0 beyond the end.
+// A zonal function, tabulated piece by piece between its kinks (points crowd there) with cubic interpolation; 0 beyond
+// the end.
 class Zonal_table {
 public:
     Zonal_table() = default;
@@ -25,7 +27,7 @@ public:
 
 private:
     std::vector<double> breaks_;
-    std::vector<double> values_;  // steps_ + 1 for each piece
+    std::vector<double> values_; // steps_ + 1 for each piece
     std::size_t steps_ = 0;
 };
 
@@ -56,4 +58,4 @@ private:
     Zonal_table table_;
 };
 
-}  // namespace gonio::sim
+} // namespace gonio::sim

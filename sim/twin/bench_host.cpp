@@ -87,9 +87,8 @@ void Bench_host::answer() {
     answer_pending_ = false;
     std::vector<std::uint8_t> const bytes = std::move(from_firmware_);
     from_firmware_.clear();
-    scanner_.feed(bytes.data(), bytes.size(), [this](const gn_frame_header &header, const std::uint8_t *payload) {
-        handle(header, payload);
-    });
+    scanner_.feed(bytes.data(), bytes.size(),
+                  [this](const gn_frame_header &header, const std::uint8_t *payload) { handle(header, payload); });
     send(GN_FRAME_IDLE, nullptr, 0);
     world_->link_changed();
 }
@@ -120,6 +119,9 @@ void Bench_host::handle(const gn_frame_header &header, const std::uint8_t *paylo
 void Bench_host::take_block(const gn_frame_header &header, const std::uint8_t *payload) {
     for (std::uint32_t i = 0; i < header.length; ++i) {
         result_.payload_hash = (result_.payload_hash ^ payload[i]) * 0x100000001B3U;
+    }
+    if (on_block) {
+        on_block(header, payload);
     }
     if (header.kind == GN_FRAME_SAMPLES) {
         gn_sample_block block{};

@@ -1,9 +1,11 @@
-// bench_host.hpp: a host in the twin's own process, keeping the rule of virtual time: sets the instrument up, homes it and flies a path.
+// bench_host.hpp: a host in the twin's own process, keeping the rule of virtual time: sets the instrument up, homes it
+// and flies a path.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,7 +23,7 @@ class World;
 struct Bench_result {
     std::uint64_t samples = 0;
     std::uint64_t poses = 0;
-    std::uint64_t poses_valid = 0;   // all four axes
+    std::uint64_t poses_valid = 0; // all four axes
     std::uint64_t unsettled_blocks = 0;
     std::uint64_t payload_hash = 0xCBF29CE484222325U; // FNV-1a over the payloads of all SAMPLES and POSES frames
     std::uint64_t frames = 0;
@@ -29,7 +31,7 @@ struct Bench_result {
     std::uint64_t samples_before_flight = 0;
     std::int64_t end_ns = 0;
     gonio_Counters counters = gonio_Counters_init_zero;
-    std::string trouble;             // empty: all went well
+    std::string trouble; // empty: all went well
     bool finished = false;
 };
 
@@ -37,6 +39,8 @@ class Bench_host final : public Carrier {
 public:
     // The flight lasts as long as `samples` samples.
     Bench_host(const Instrument &instrument, std::uint64_t samples);
+    // Sees every SAMPLES and POSES frame.
+    std::function<void(const gn_frame_header &header, const std::uint8_t *payload)> on_block;
     // To be called once, before the world's clock starts.
     void connect(World &world);
 
@@ -76,7 +80,7 @@ private:
     std::uint32_t next_request_ = 1;
     std::deque<gonio_Request> steps_;
     std::uint32_t waiting_for_ = 0; // request id, 0: none
-    std::uint32_t path_id_ = 0; // being flown, 0: none
+    std::uint32_t path_id_ = 0;     // being flown, 0: none
     std::vector<gn_knot> knots_;
     std::size_t knots_sent_ = 0;
     std::array<double, axis_count> position_counts_{};

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<double, axis_count> centre_deg = {90.0, 180.0, 0.0, 2.0};
 constexpr std::array<double, axis_count> pace_rad_per_s = {1.0, 1.3, 1.7, 0.7};
-constexpr double speed_share = 0.93;  // of each axis's limit
+constexpr double speed_share = 0.93; // of each axis's limit
 constexpr double ramp_s = 3.0;
 constexpr double knot_s = 0.05;
 
@@ -88,7 +88,7 @@ std::vector<gn_knot> move_to_start(const Instrument &instrument, const std::arra
 }
 
 std::vector<gn_knot> sinusoidal_flight(const Instrument &instrument, double duration_s) {
-    auto const count = static_cast<std::size_t>(std::ceil(duration_s / knot_s));
+    auto const count = static_cast<std::size_t>(std::ceil(std::max(duration_s, 2.0 * ramp_s) / knot_s));
     double const total_s = static_cast<double>(count) * knot_s;
     std::vector<gn_knot> knots;
     double phase_s = 0.0; // the argument of the sines; it runs at 1 between the ramps
@@ -99,7 +99,8 @@ std::vector<gn_knot> sinusoidal_flight(const Instrument &instrument, double dura
         // Rate 6x^5 - 15x^4 + 10x^3; its integral and its slope.
         double const rate = x * x * x * (10.0 + x * (6.0 * x - 15.0));
         double const ramped_s = ramp_s * x * x * x * x * (2.5 + x * (x - 3.0));
-        double const slope_per_s = (x < 1.0 ? 30.0 * x * x * (1.0 - x) * (1.0 - x) / ramp_s : 0.0) * (starting ? 1.0 : -1.0);
+        double const slope_per_s =
+            (x < 1.0 ? 30.0 * x * x * (1.0 - x) * (1.0 - x) / ramp_s : 0.0) * (starting ? 1.0 : -1.0);
         double const level_s = std::max(0.0, (starting ? time_s : total_s - time_s) - ramp_s);
         double const end_s = total_s - ramp_s; // the whole phase: each ramp counts half
         phase_s = starting ? ramped_s + level_s : end_s - ramped_s - level_s;

@@ -1,4 +1,5 @@
-// carrier.hpp: what carries the link's bytes between the firmware in the twin and its host: sockets, or a host in the same process.
+// carrier.hpp: what carries the link's bytes between the firmware in the twin and its host: sockets, or a host in the
+// same process.
 #pragma once
 
 #include <cstddef>

@@ -21,9 +21,8 @@ Fault_injector::Fault_injector(const std::vector<Fault> &faults, const Fault_tar
         }
     }
     if (judged) {
-        targets_.bus.set_judge([this](const gn_can_frame &frame, std::int64_t, std::int64_t &delay_ns) {
-            return judge(frame, delay_ns);
-        });
+        targets_.bus.set_judge(
+            [this](const gn_can_frame &frame, std::int64_t, std::int64_t &delay_ns) { return judge(frame, delay_ns); });
     }
 }
 

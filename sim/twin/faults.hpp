@@ -46,7 +46,8 @@ private:
     Fault_targets targets_;
     std::uint32_t paths_ = 0;
     std::uint32_t syncs_to_lose_ = 0;
-    std::map<std::uint32_t, std::pair<std::uint32_t, std::int64_t>> tpdos_to_delay_; // identifier: how many, by how much
+    std::map<std::uint32_t, std::pair<std::uint32_t, std::int64_t>>
+        tpdos_to_delay_; // identifier: how many, by how much
     std::map<std::string, std::uint64_t> injected_;
 };
 

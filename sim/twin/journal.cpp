@@ -25,9 +25,13 @@ std::string number(double value) {
     return text.str();
 }
 
-std::string yes_no(bool value) { return value ? "true" : "false"; }
+std::string yes_no(bool value) {
+    return value ? "true" : "false";
+}
 
-double seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
+double seconds(std::int64_t ns) {
+    return 1e-9 * static_cast<double>(ns);
+}
 
 std::string drives_json(const World &world) {
     std::string text = "[";
@@ -35,13 +39,15 @@ std::string drives_json(const World &world) {
         const Drive &drive = world.drive(i);
         text += i == 0 ? "\n" : ",\n";
         text += "    {\"node\": " + std::to_string(drive.config().node) +
-                ", \"statusword\": " + std::to_string(drive.statusword()) + ", \"nmt_state\": " +
-                std::to_string(drive.nmt_state()) + ", \"energised\": " + yes_no(drive.energised()) + ", \"homed\": " +
-                yes_no(drive.homed()) + ", \"brake_closed\": " + yes_no(drive.brake_closed()) + ", \"syncs\": " +
-                std::to_string(drive.counters().syncs) + ", \"rpdos\": " + std::to_string(drive.counters().rpdos) +
-                ", \"tpdos\": " + std::to_string(drive.counters().tpdos) + ", \"sdo_aborts\": " +
-                std::to_string(drive.counters().sdo_aborts) + ", \"emergencies\": " +
-                std::to_string(drive.counters().emergencies) + "}";
+                ", \"statusword\": " + std::to_string(drive.statusword()) +
+                ", \"nmt_state\": " + std::to_string(drive.nmt_state()) +
+                ", \"energised\": " + yes_no(drive.energised()) + ", \"homed\": " + yes_no(drive.homed()) +
+                ", \"brake_closed\": " + yes_no(drive.brake_closed()) +
+                ", \"syncs\": " + std::to_string(drive.counters().syncs) +
+                ", \"rpdos\": " + std::to_string(drive.counters().rpdos) +
+                ", \"tpdos\": " + std::to_string(drive.counters().tpdos) +
+                ", \"sdo_aborts\": " + std::to_string(drive.counters().sdo_aborts) +
+                ", \"emergencies\": " + std::to_string(drive.counters().emergencies) + "}";
     }
     return text + "\n  ]";
 }
@@ -51,9 +57,9 @@ std::string standstill_json(const Standstill &s) {
         return "null";
     }
     std::string const dark = s.dark_ns == 0 ? "null" : number(seconds(s.dark_ns - s.since_ns));
-    return "{\"lost_at_s\": " + number(seconds(s.since_ns)) + ", \"standstill_after_s\": " +
-           (s.reached ? number(seconds(s.standstill_ns - s.since_ns)) : "null") + ", \"dark_after_s\": " + dark +
-           ", \"max_speed_deg_per_s\": " + number(s.max_speed_deg_per_s) +
+    return "{\"lost_at_s\": " + number(seconds(s.since_ns)) +
+           ", \"standstill_after_s\": " + (s.reached ? number(seconds(s.standstill_ns - s.since_ns)) : "null") +
+           ", \"dark_after_s\": " + dark + ", \"max_speed_deg_per_s\": " + number(s.max_speed_deg_per_s) +
            ", \"max_speed_after_standstill_deg_per_s\": " + number(s.max_speed_after_deg_per_s) + "}";
 }
 
@@ -96,8 +102,8 @@ void write_journal(const std::filesystem::path &path, World &world, const std::s
         << ",\n  \"packets_lost\": " << world.digitiser().packets_lost()
         << ",\n  \"strobe_edges\": " << world.strobe().edges()
         << ",\n  \"strobe_edges_lost\": " << world.strobe().edges_lost()
-        << ",\n  \"can_frames\": " << world.bus().frames()
-        << ",\n  \"can_load\": " << number(static_cast<double>(world.bus().busy_bits()) / (seconds(now_ns) * 1e6 + 1e-9))
+        << ",\n  \"can_frames\": " << world.bus().frames() << ",\n  \"can_load\": "
+        << number(static_cast<double>(world.bus().busy_bits()) / (seconds(now_ns) * 1e6 + 1e-9))
         << ",\n  \"faults\": " << faults << "},\n  \"drives\": " << drives_json(world)
         << ",\n  \"log\": " << list(world.log_lines(), json_text) << "\n}\n";
     out.close();

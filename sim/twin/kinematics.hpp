@@ -13,8 +13,8 @@ struct Directions {
     Vec3 outgoing;
 };
 
-// Each axis is a turn about a vector given at zero, carried by the earlier axes of its chain. The sample frame is the lab's
-// when all read zero (+Z towards the source).
+// Each axis is a turn about a vector given at zero, carried by the earlier axes of its chain. The sample frame is the
+// lab's when all read zero (+Z towards the source).
 class Kinematics {
 public:
     explicit Kinematics(const std::array<Axis_settings, axis_count> &axes);

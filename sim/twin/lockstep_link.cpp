@@ -58,7 +58,8 @@ Lockstep_link::Lockstep_link(const std::string &host, std::uint16_t port, bool p
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
     if (inet_pton(AF_INET, host.c_str(), &address.sin_addr) != 1 ||
-        bind(listener_, reinterpret_cast<const sockaddr *>(&address), sizeof address) != 0 || listen(listener_, 4) != 0) {
+        bind(listener_, reinterpret_cast<const sockaddr *>(&address), sizeof address) != 0 ||
+        listen(listener_, 4) != 0) {
         std::string const why = std::strerror(errno);
         ::close(listener_);
         throw Input_error("--listen " + host + ":" + std::to_string(port) + ": cannot listen there (" + why +
@@ -74,7 +75,9 @@ Lockstep_link::~Lockstep_link() {
     ::close(listener_);
 }
 
-std::string Lockstep_link::address() const { return text_of(address_of(listener_, false)); }
+std::string Lockstep_link::address() const {
+    return text_of(address_of(listener_, false));
+}
 
 int Lockstep_link::read(std::uint32_t client, std::uint8_t *buffer, std::size_t capacity) {
     Client &c = clients_.at(client);
@@ -123,7 +126,9 @@ void Lockstep_link::frame_sent(std::uint32_t client, std::uint32_t sequence, std
     }
 }
 
-void Lockstep_link::silence_host() { silenced_ = true; }
+void Lockstep_link::silence_host() {
+    silenced_ = true;
+}
 
 std::int64_t Lockstep_link::barrier_ns() const {
     for (const Client &client : clients_) {
@@ -192,7 +197,8 @@ bool Lockstep_link::exchange(std::int64_t now_ns, std::int64_t timeout_ns) {
 }
 
 bool Lockstep_link::driver_present() const {
-    return std::any_of(clients_.begin(), clients_.end(), [this](const Client &c) { return c.driver && !c.leaving && !silenced_; });
+    return std::any_of(clients_.begin(), clients_.end(),
+                       [this](const Client &c) { return c.driver && !c.leaving && !silenced_; });
 }
 
 bool Lockstep_link::any_client() const {

@@ -1,4 +1,5 @@
-// lockstep_link.hpp: the link over loopback TCP: one driver that keeps step with virtual time (protocol/link.md), one visitor.
+// lockstep_link.hpp: the link over loopback TCP: one driver that keeps step with virtual time (protocol/link.md), one
+// visitor.
 #pragma once
 
 #include <array>
@@ -36,8 +37,8 @@ public:
     [[nodiscard]] std::int64_t next_delivery_ns() const;
     // Hands what is due at now_ns to the firmware's read; false: nothing was.
     bool deliver(std::int64_t now_ns);
-    // Sends what waits, then accepts and reads what comes within timeout_ns (negative: without limit). false: nothing came.
-    // true: something can be read, or a client came or went.
+    // Sends what waits, then accepts and reads what comes within timeout_ns (negative: without limit). false: nothing
+    // came. true: something can be read, or a client came or went.
     bool exchange(std::int64_t now_ns, std::int64_t timeout_ns);
 
     [[nodiscard]] bool driver_present() const;
@@ -61,15 +62,15 @@ private:
         bool connected = false; // the firmware may read and write
         bool greeted = false;
         bool driver = false;
-        bool leaving = false;   // its socket is shut; gone once the firmware has read the rest
+        bool leaving = false; // its socket is shut; gone once the firmware has read the rest
         std::string name;
         std::vector<std::uint8_t> incoming; // not yet whole frames
         std::deque<Delivery> due;           // whole frames and when the firmware gets them
         std::vector<std::uint8_t> readable;
         std::size_t read_from = 0;
         std::vector<std::uint8_t> outgoing;
-        std::deque<Sent> unanswered;        // numbered frames that the driver may still answer
-        std::uint32_t idle = 0;             // it has said IDLE up to this frame
+        std::deque<Sent> unanswered; // numbered frames that the driver may still answer
+        std::uint32_t idle = 0;      // it has said IDLE up to this frame
     };
 
     void accept_clients();

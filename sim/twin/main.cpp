@@ -31,7 +31,9 @@ struct Options {
 
 std::atomic<bool> ended{false};
 
-void on_signal(int) { ended = true; }
+void on_signal(int) {
+    ended = true;
+}
 
 std::uint16_t port_of(const std::string &text) {
     std::size_t used = 0;

@@ -1,4 +1,5 @@
-// main_bench.cpp: gonio-twin-bench: boot, homing and a flight of 100,000 samples with firmware and twin alone; prints one JSON object.
+// main_bench.cpp: gonio-twin-bench: boot, homing and a flight of 100,000 samples with firmware and twin alone; prints
+// one JSON object.
 #include <chrono>
 #include <cstdlib>
 #include <ctime>
@@ -16,7 +17,9 @@ using namespace gonio::sim;
 
 constexpr std::int64_t longest_virtual_ns = 3600000000000; // whatever takes longer will never end
 
-double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+double cpu_s() {
+    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
 
 int run(const std::filesystem::path &scenario_path, std::uint64_t samples) {
     Scenario const scenario = load_scenario(scenario_path, GONIO_SOURCE_DIR);
@@ -37,7 +40,8 @@ int run(const std::filesystem::path &scenario_path, std::uint64_t samples) {
     auto const end = std::chrono::steady_clock::now();
     const Bench_result &result = host.result();
     std::cout << "{\"samples\": " << result.samples - result.samples_before_flight
-              << ", \"wall_s\": " << std::chrono::duration<double>(end - wall).count() << ", \"cpu_s\": " << cpu_s() - cpu
+              << ", \"wall_s\": " << std::chrono::duration<double>(end - wall).count()
+              << ", \"cpu_s\": " << cpu_s() - cpu
               << ", \"virtual_s\": " << 1e-9 * static_cast<double>(result.end_ns - result.flight_start_ns)
               << ", \"whole_wall_s\": " << std::chrono::duration<double>(end - wall_start).count()
               << ", \"whole_virtual_s\": " << 1e-9 * static_cast<double>(world.scheduler().now_ns())
@@ -52,8 +56,7 @@ int run(const std::filesystem::path &scenario_path, std::uint64_t samples) {
 
 int main(int argc, char **argv) {
     try {
-        std::filesystem::path const scenario =
-            argc > 1 ? argv[1] : GONIO_SOURCE_DIR "/sim/scenarios/demo.toml";
+        std::filesystem::path const scenario = argc > 1 ? argv[1] : GONIO_SOURCE_DIR "/sim/scenarios/demo.toml";
         return run(scenario, argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 100000);
     } catch (const std::exception &error) {
         std::cerr << "gonio-twin-bench: " << error.what() << std::endl;

@@ -1,4 +1,5 @@
-// port_sim.cpp: the simulated port: queues between devices and core, wake-ups with jitter, and the clients' frames looked over.
+// port_sim.cpp: the simulated port: queues between devices and core, wake-ups with jitter, and the clients' frames
+// looked over.
 #include "port_sim.hpp"
 
 #include <algorithm>
@@ -19,7 +20,9 @@ namespace {
 constexpr std::uint32_t sync_id = 0x080;
 constexpr std::uint64_t first_session = 1;
 
-Port_sim &self(void *context) { return *static_cast<Port_sim *>(context); }
+Port_sim &self(void *context) {
+    return *static_cast<Port_sim *>(context);
+}
 
 } // namespace
 
@@ -68,9 +71,13 @@ void Port_sim::on_line(std::uint32_t line, bool level) {
     on_edge({line, ++line_numbers_.at(line), level, scheduler_.now_ns()});
 }
 
-void Port_sim::on_packet() { run(false, true); }
+void Port_sim::on_packet() {
+    run(false, true);
+}
 
-void Port_sim::on_link() { run(false, true); }
+void Port_sim::on_link() {
+    run(false, true);
+}
 
 // Motion first, then stream; motion once more if stream had something for it.
 void Port_sim::run(bool motion, bool stream) {

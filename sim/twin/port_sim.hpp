@@ -1,4 +1,5 @@
-// port_sim.hpp: the firmware core on the twin: every seam of firmware/port, and its two entry points called in a fixed order.
+// port_sim.hpp: the firmware core on the twin: every seam of firmware/port, and its two entry points called in a fixed
+// order.
 #pragma once
 
 #include <array>
@@ -43,7 +44,8 @@ public:
 // The core has one static instance: one Port_sim at a time.
 class Port_sim final : public Can_node {
 public:
-    Port_sim(Scheduler &scheduler, Can_bus &bus, Board &board, Carrier &carrier, const Timing &timing, std::uint64_t seed);
+    Port_sim(Scheduler &scheduler, Can_bus &bus, Board &board, Carrier &carrier, const Timing &timing,
+             std::uint64_t seed);
     ~Port_sim() override;
     Port_sim(const Port_sim &) = delete;
     Port_sim &operator=(const Port_sim &) = delete;
@@ -91,7 +93,7 @@ private:
     bool stream_wanted_ = false;
     std::int64_t motion_due_ns_ = 0;
     std::int64_t stream_due_ns_ = 0;
-    std::int64_t armed_due_ns_ = -1;      // the due time for which motion_wake_ns_ was drawn
+    std::int64_t armed_due_ns_ = -1; // the due time for which motion_wake_ns_ was drawn
     std::int64_t motion_wake_ns_ = INT64_MAX;
     std::int64_t stream_wake_ns_ = INT64_MAX;
     std::uint64_t wakes_ = 0;

@@ -8,7 +8,8 @@
 namespace gonio::sim {
 namespace {
 
-constexpr std::int64_t look_every_ns = 100000000;   // virtual time between looks at the sockets when no driver holds the clock
+constexpr std::int64_t look_every_ns =
+    100000000; // virtual time between looks at the sockets when no driver holds the clock
 constexpr std::int64_t rest_limit_ns = 30000000000; // virtual time in which the instrument must come to rest
 constexpr std::int64_t wait_step_ns = 500000000;    // wall time; a signal is noticed at the latest after this
 constexpr std::int64_t pace_step_ns = 500000;       // wall time; shorter sleeps cost more than they give
@@ -33,9 +34,9 @@ void wait_for_clients(World &world, Lockstep_link &link, double patience_s, cons
     }
 }
 
-// Runs on until the time of the next delivery, or the time that may not be passed.
-void advance(World &world, Lockstep_link &link, std::int64_t limit_ns) {
-    while (world.scheduler().run_one(std::min({limit_ns, link.barrier_ns(), link.next_delivery_ns()}))) {
+// Runs on until the time of the next delivery, or the time that may not be passed, or the driver falls silent.
+void advance(World &world, Lockstep_link &link) {
+    while (link.driver_present() && world.scheduler().run_one(std::min(link.barrier_ns(), link.next_delivery_ns()))) {
     }
 }
 
@@ -48,7 +49,7 @@ std::string run_virtual(World &world, Lockstep_link &link, double patience_s, co
         std::int64_t const now_ns = world.scheduler().now_ns();
         if (link.driver_present()) {
             had_driver = true;
-            advance(world, link, INT64_MAX);
+            advance(world, link);
             // What is due now is handed over when all of it is known.
             if (link.barrier_ns() <= world.scheduler().now_ns()) {
                 wait_for_clients(world, link, patience_s, ended);

@@ -15,8 +15,8 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-// Until the clients are gone and the instrument is at rest and dark, or `ended`; says why it ended. Throws Stalled after
-// patience_s of wall time without progress.
+// Until the clients are gone and the instrument is at rest and dark, or `ended`; says why it ended. Throws Stalled
+// after patience_s of wall time without progress.
 std::string run_virtual(World &world, Lockstep_link &link, double patience_s, const std::atomic<bool> &ended);
 
 // Until `ended`.

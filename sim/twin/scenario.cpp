@@ -41,7 +41,8 @@ double at_least(Toml_table &table, const std::string &key, double fallback, doub
 void read_component(Toml_table table, Sample &sample) {
     std::string const kind = table.text("kind");
     if (kind == "lambertian") {
-        sample.lambertian.push_back({at_least(table, "reflectance", 0.0, 0.0), at_least(table, "transmittance", 0.0, 0.0)});
+        sample.lambertian.push_back(
+            {at_least(table, "reflectance", 0.0, 0.0), at_least(table, "transmittance", 0.0, 0.0)});
     } else if (kind == "gaussian") {
         static const std::map<std::string, Lobe_axis> axes = {
             {"mirror", Lobe_axis::mirror}, {"retro", Lobe_axis::retro}, {"through", Lobe_axis::through}};
@@ -122,7 +123,8 @@ void read_drives(Toml_table table, Drives &drives) {
     }
     for (std::size_t i = 0; i < axis_count; ++i) {
         drives.personality.at(i) = personality.empty() ? "full" : personality.at(i);
-        if (drives.personality.at(i) != "full" && drives.personality.at(i) != "basic" && drives.personality.at(i) != "fixed") {
+        if (drives.personality.at(i) != "full" && drives.personality.at(i) != "basic" &&
+            drives.personality.at(i) != "fixed") {
             table.fail("personality", "must be full, basic or fixed");
         }
     }
@@ -153,7 +155,8 @@ Fault read_fault(Toml_table table) {
     fault.counted = table.boolean("counted", true);
     fault.delay_us = at_least(table, "delay_us", 2500.0, 0.0);
     bool const emergency = fault.kind == Fault_kind::emcy;
-    fault.value = static_cast<std::uint32_t>(at_least(table, emergency ? "code" : "value", emergency ? 0x4310 : 0, 0.0));
+    fault.value =
+        static_cast<std::uint32_t>(at_least(table, emergency ? "code" : "value", emergency ? 0x4310 : 0, 0.0));
     table.finish();
     return fault;
 }

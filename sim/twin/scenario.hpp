@@ -34,13 +34,13 @@ enum class Fault_kind {
 
 struct Fault {
     Fault_kind kind;
-    double at_s;               // from power-up, or after path number `after_path` (from 1) began to move
-    std::uint32_t after_path;  // 0: from power-up
-    std::size_t axis;          // 0..3
+    double at_s;              // from power-up, or after path number `after_path` (from 1) began to move
+    std::uint32_t after_path; // 0: from power-up
+    std::size_t axis;         // 0..3
     std::uint32_t count;
-    bool counted;              // lost edges show in the kernel's numbers
+    bool counted; // lost edges show in the kernel's numbers
     double delay_us;
-    std::uint32_t value;       // code of the EMCY, or the counter's start
+    std::uint32_t value; // code of the EMCY, or the counter's start
 };
 
 struct Timing {
@@ -64,9 +64,9 @@ struct Scenario {
     bool sample_mounted;
     Beam_profile beam;
     double beam_diameter_at_head_mm;
-    double power_counts;       // low-gain counts for an apparent DSF of 1/sr
+    double power_counts; // low-gain counts for an apparent DSF of 1/sr
     Detector_config detector;
-    double high_delay_us;      // the value belongs to the light this long before the sample's time
+    double high_delay_us; // the value belongs to the light this long before the sample's time
     double low_delay_us;
     Timing timing;
     Digitiser_config digitiser;
@@ -74,8 +74,8 @@ struct Scenario {
     std::vector<Fault> faults;
 };
 
-// Unknown keys and impossible values throw Input_error. The instrument file is the one that the scenario names (relative to
-// it), else axes.toml beside the scenario, else protocol/axes.toml under source_directory.
+// Unknown keys and impossible values throw Input_error. The instrument file is the one that the scenario names
+// (relative to it), else axes.toml beside the scenario, else protocol/axes.toml under source_directory.
 Scenario load_scenario(const std::filesystem::path &path, const std::filesystem::path &source_directory);
 
 } // namespace gonio::sim

@@ -1,4 +1,5 @@
-// toml_table.hpp: reading a TOML table strictly: every key is asked for, and one that is left over is an error with its file.
+// toml_table.hpp: reading a TOML table strictly: every key is asked for, and one that is left over is an error with its
+// file.
 #pragma once
 
 #include <array>

@@ -20,7 +20,9 @@ Truth_file::Truth_file(const std::filesystem::path &path) {
     }
 }
 
-Truth_file::~Truth_file() { flush(); }
+Truth_file::~Truth_file() {
+    flush();
+}
 
 void Truth_file::add(const Truth_record &record) {
     if (!wanted()) {

@@ -11,8 +11,8 @@
 
 namespace gonio::sim {
 
-// What was at the centre of the sample's window on the digitiser (the time of its strobe edge if it had one). A channel with
-// a delay shows the light of time_ns - delay: interpolate the records for it.
+// What was at the centre of the sample's window on the digitiser (the time of its strobe edge if it had one). A channel
+// with a delay shows the light of time_ns - delay: interpolate the records for it.
 struct __attribute__((packed)) Truth_record {
     std::uint64_t sample; // since START
     std::int64_t time_ns;

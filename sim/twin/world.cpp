@@ -11,7 +11,7 @@ namespace gonio::sim {
 namespace {
 
 constexpr std::uint32_t can_bits_per_s = 1000000;
-constexpr double rest_deg_per_s = 1e-3;        // an encoder count in 40 ms
+constexpr double rest_deg_per_s = 1e-3; // an encoder count in 40 ms
 constexpr std::int64_t watch_every_ns = 1000000;
 constexpr std::size_t log_lines_kept = 1000;
 constexpr double gravity_counts_per_s2 = -4.0e5; // of the free arm: downwards
@@ -55,7 +55,8 @@ double aperture_half_angle_rad(const Instrument &instrument) {
 
 World::World(const Scenario &scenario, Carrier &carrier, const std::filesystem::path &truth_path)
     : scenario_(scenario), bus_(scheduler_, can_bits_per_s), kinematics_(scenario.instrument.axes),
-      optics_(std::make_unique<Closed_form>(scenario.sample, scenario.beam, aperture_half_angle_rad(scenario.instrument))),
+      optics_(
+          std::make_unique<Closed_form>(scenario.sample, scenario.beam, aperture_half_angle_rad(scenario.instrument))),
       head_{scenario.instrument.head_diameter_mm, scenario.beam_diameter_at_head_mm, scenario.instrument.arm_radius_mm},
       detector_(scenario.seed, scenario.detector), shutter_(scheduler_),
       interlocks_([this](std::uint32_t line, bool level) { port_->on_line(line, level); },
@@ -75,10 +76,10 @@ World::World(const Scenario &scenario, Carrier &carrier, const std::filesystem::
     for (std::size_t i = 0; i < axis_count; ++i) {
         drives_.at(i) = std::make_unique<Drive>(scheduler_, bus_, drive_config(scenario_, i));
     }
-    port_ = std::make_unique<Port_sim>(scheduler_, bus_, static_cast<Board &>(*this), carrier, scenario_.timing, scenario_.seed);
+    port_ = std::make_unique<Port_sim>(scheduler_, bus_, static_cast<Board &>(*this), carrier, scenario_.timing,
+                                       scenario_.seed);
     faults_ = std::make_unique<Fault_injector>(
-        scenario_.faults, Fault_targets{scheduler_, bus_, drives_, strobe_, digitiser_, interlocks_,
-                                        [this, &carrier] {
+        scenario_.faults, Fault_targets{scheduler_, bus_, drives_, strobe_, digitiser_, interlocks_, [this, &carrier] {
                                             carrier.silence_host();
                                             host_lost();
                                         }});

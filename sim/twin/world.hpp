@@ -1,4 +1,5 @@
-// world.hpp: one simulated instrument: drives, light, detector, digitiser, interlocks and the firmware core, on one virtual clock.
+// world.hpp: one simulated instrument: drives, light, detector, digitiser, interlocks and the firmware core, on one
+// virtual clock.
 #pragma once
 
 #include <array>
@@ -20,10 +21,10 @@ namespace gonio::sim {
 struct Standstill {
     bool watching = false;
     bool reached = false;
-    std::int64_t since_ns = 0;         // when the host was lost
-    std::int64_t standstill_ns = 0;    // when the axes stood
-    std::int64_t dark_ns = 0;          // when the shutter was shut; 0: not yet
-    double max_speed_deg_per_s = 0.0;  // between the two
+    std::int64_t since_ns = 0;        // when the host was lost
+    std::int64_t standstill_ns = 0;   // when the axes stood
+    std::int64_t dark_ns = 0;         // when the shutter was shut; 0: not yet
+    double max_speed_deg_per_s = 0.0; // between the two
     double max_speed_after_deg_per_s = 0.0;
 };
 
@@ -68,7 +69,9 @@ private:
     void operator_done(std::uint32_t action) override;
     bool digitiser_start(std::uint32_t sample_period_us, std::uint32_t samples_per_strobe) override;
     void digitiser_stop() override { digitiser_.stop(); }
-    int digitiser_read(std::uint8_t *buffer, std::size_t capacity) override { return digitiser_.read(buffer, capacity); }
+    int digitiser_read(std::uint8_t *buffer, std::size_t capacity) override {
+        return digitiser_.read(buffer, capacity);
+    }
     [[nodiscard]] bool line_level(std::uint32_t line) const override;
     void log(int level, const std::string &text) override;
     void told(const gonio_Event &event) override;

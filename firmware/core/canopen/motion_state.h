@@ -72,7 +72,7 @@ struct gn_motion {
     bool dark_when_still; /* close the shutter as soon as the axes stand */
     int64_t dark_deadline_ns;
     uint32_t inputs; /* bit 0 door closed, 1 emergency stop released, 2 STO released */
-    char last_fault[sizeof((gonio_Fault *)0)->sentence];
+    gonio_Fault last_fault; /* since start */
 };
 
 static inline uint32_t gn_all_axes(const struct gn_motion *motion) {

@@ -167,8 +167,9 @@ static void advance(struct gn_path *path, int64_t dt_ns, bool *underrun) {
     bool const holding = path->state == GN_PATH_HOLDING;
     double const rate = gn_feed_rate_per_s(path->limits, axes, path->feed);
     double const left = complete ? HUGE_VAL : left_s(path);
+    double const dt_s = (double)dt_ns * 1e-9;
     bool limited = false;
-    double const next = gn_feed_next(path->feed, holding ? 0.0 : 1.0, rate, left, (double)dt_ns * 1e-9, &limited);
+    double const next = gn_feed_next(path->feed, holding ? 0.0 : 1.0, rate, left, dt_s, &limited);
     *underrun = limited && !holding;
 
     double const moved_ns = path->time_fraction_ns + 0.5 * (path->feed + next) * (double)dt_ns;
@@ -185,7 +186,8 @@ static void advance(struct gn_path *path, int64_t dt_ns, bool *underrun) {
     }
     if (complete && path->time_ns == last_ns) {
         path->state = GN_PATH_DONE;
-    } else if (holding && path->feed <= 0.0) {
+    } else if ((holding && path->feed <= 0.0) || (*underrun && path->feed < GN_PATH_HOLD_RATE_PER_S * dt_s)) {
+        path->feed = 0.0;
         path->state = GN_PATH_HELD;
     }
 }

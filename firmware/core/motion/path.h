@@ -67,7 +67,8 @@ uint32_t gn_path_credit(const struct gn_path *path);
 /* Advance by dt_ns of real time and give the target of each axis. The path starts by itself when enough is buffered:
  * all knots, or at least the stopping distance and half the buffer. Targets are written while it runs, not before or
  * after. If the buffer gets shorter than the stopping distance before the last knot, the feed goes down by itself
- * (underrun never runs off the end); *underrun says so. */
+ * (underrun never runs off the end); *underrun says so. It rises again when knots come; once at rest the path is HELD.
+ */
 void gn_path_step(struct gn_path *path, int64_t dt_ns, double *target_counts, bool *underrun);
 /* Controlled stop on the path; no effect when idle. */
 void gn_path_hold(struct gn_path *path);

@@ -7,12 +7,17 @@
 
 #include "clock_fit.h"
 
-#define REJECTED_BEFORE_RESTART 16u /* so many in a row: it is the line that is wrong */
-#define EARLY_CHECK_WINDOW 64u /* strobes in the fit before an early edge can be told from a line that still sinks */
-#define EARLY_FLOOR_NS 5000.0  /* room for the crystal to bend the line */
-#define EARLY_RESIDUALS 32.0 /* the line is above the truth by about residual / window, several times that at its end  \
-                              */
-#define REFRESH_EVERY 16     /* strobes */
+/* So many rejected in a row: it is the line that is wrong. */
+#define REJECTED_BEFORE_RESTART 16u
+/* Strobes in the fit before an early edge can be told from a line that still sinks. */
+#define EARLY_CHECK_WINDOW 64u
+/* Room for the crystal to bend the line. */
+#define EARLY_FLOOR_NS 5000.0
+/* The line is above the truth by about residual / window, and by several times that at its newest end. */
+#define EARLY_RESIDUALS 32.0
+/* The line that edges are judged by is made anew every so many strobes. */
+#define REFRESH_EVERY 16
+/* Strobes; a greater jump of the numbers is not a loss but another numbering. */
 #define LOST_AT_START_MAX 4096u
 
 void gn_sample_clock_start(struct gn_sample_clock *clock, const struct gn_clock_settings *settings) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <string>
@@ -14,6 +15,7 @@
 extern "C" {
 #include "motion.h"
 #include "motion_state.h"
+#include "notice.h"
 }
 
 namespace gonio::test {
@@ -304,5 +306,9 @@ private:
     std::int64_t next_heartbeat_ns_ = 1'000'000'000;
     std::int64_t bus_free_ns_ = 0;
 };
+
+inline std::uint32_t known_mask(const Bench &bench) {
+    return gn_known_mask(bench.motion);
+}
 
 } // namespace gonio::test

@@ -188,7 +188,7 @@ public:
         Bytes payload(sizeof block + std::size_t{count} * GN_KNOT_SIZE);
         std::memcpy(payload.data(), &block, sizeof block);
         for (std::uint32_t i = 0; i < count; ++i) {
-            std::int64_t const time_ns = 1000 * (first + i);
+            std::int64_t const time_ns = 1000 * std::int64_t{first + i};
             std::memcpy(payload.data() + sizeof block + std::size_t{i} * GN_KNOT_SIZE, &time_ns, sizeof time_ns);
         }
         raw(sealed(GN_FRAME_KNOTS, ++sequence, payload));

@@ -10,7 +10,6 @@ namespace {
 using gonio::test::Bench;
 using gonio::test::Bytes;
 using gonio::test::Client;
-using gonio::test::Frame;
 
 class Session : public testing::Test {
 protected:

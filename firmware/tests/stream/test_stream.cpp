@@ -10,7 +10,6 @@ namespace {
 using gonio::test::Bench;
 using gonio::test::Bytes;
 using gonio::test::Client;
-using gonio::test::Frame;
 
 // A digitiser of 1 kHz with a strobe every 10 samples, that started at `start_ns`.
 struct Source {
@@ -22,11 +21,11 @@ struct Source {
 
     void packet(bool lose = false) {
         gn_digitiser_packet const header = {0x4744, next_packet++, next_sample, 50, 0};
-        Bytes bytes(sizeof header + 50 * GN_SAMPLE_SIZE);
+        Bytes bytes(sizeof header + std::size_t{50} * GN_SAMPLE_SIZE);
         std::memcpy(bytes.data(), &header, sizeof header);
         for (std::uint32_t i = 0; i < 50; ++i) {
             gn_sample const sample = {static_cast<std::int32_t>(next_sample + i), -5, 100000, 2512, 0};
-            std::memcpy(bytes.data() + sizeof header + i * GN_SAMPLE_SIZE, &sample, sizeof sample);
+            std::memcpy(bytes.data() + sizeof header + std::size_t{i} * GN_SAMPLE_SIZE, &sample, sizeof sample);
         }
         next_sample += 50;
         if (!lose) {

@@ -261,7 +261,8 @@ TEST(Vectors, refused_frames_are_refused_for_the_stated_reason) {
         std::size_t taken = 0;
         gn_frame_decoder_reset(decoder.get());
         ASSERT_EQ(gn_frame_decode(decoder.get(), bytes.data(), bytes.size(), &taken), GN_FRAME_REFUSED);
-        EXPECT_EQ(value<std::string>(*vector, "refusal"), gn_frame_error_text(decoder->error));
+        constexpr const char *fields[] = {"none", "magic", "version", "kind", "length", "crc"}; // as in gn_frame_error
+        EXPECT_EQ(value<std::string>(*vector, "refusal"), fields[decoder->error]);
     }
 }
 

@@ -36,7 +36,7 @@ class Runner:
         elif body == "log":
             if event.log.level <= LOG_ERROR:
                 self._complaint = event.log.text
-            elif event.log.level <= LOG_WARNING:
+            elif event.log.level <= LOG_WARNING and self._client.fault is None:  # what follows a fault explains nothing
                 self._progress.say(event.log.text)
         elif body == "status" and event.status.state == pb.STATE_MOVING:
             self._progress.path_time(event.status.path_time_ns)

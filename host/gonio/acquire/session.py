@@ -13,6 +13,7 @@ LIMIT_MARGIN = 1.05
 BOOT_EXTRA_NS = 20 * SECOND_NS
 HOMING_EXTRA_MS = 10_000  # acceleration, the slow search of the switch's edge, changes of mode
 CLOCK_EXTRA_NS = 3 * SECOND_NS
+AFTERGLOW_NS = SECOND_NS // 10  # poses that the interpolation of the last samples needs
 OUTPUT_TIMEOUT_NS = SECOND_NS  # the next Status shows it
 STOP_TIMEOUT_NS = 10 * SECOND_NS
 
@@ -116,11 +117,10 @@ class Session:
             self.client.request(configure_zone=zone)
 
     def boot(self) -> None:
-        """Configure and enable the drives; a fault of an earlier session is cleared first."""
-        if self.status().state == pb.STATE_FAULT:
-            self.client.operation(BOOT_EXTRA_NS, clear_fault=pb.ClearFault())
-        timeout_ns = self.instrument.cycle.boot_timeout_ms * 1_000_000 + BOOT_EXTRA_NS
-        self.client.operation(timeout_ns, boot=pb.Boot())
+        """Configure and enable the drives, if the firmware has not done so for an earlier session."""
+        if self.status().state == pb.STATE_CONFIGURED:
+            timeout_ns = self.instrument.cycle.boot_timeout_ms * 1_000_000 + BOOT_EXTRA_NS
+            self.client.operation(timeout_ns, boot=pb.Boot())
 
     def home(self) -> None:
         """Home all axes whose position is not known; then the instrument must be ready."""
@@ -137,20 +137,37 @@ class Session:
 
     def make_ready(self) -> None:
         """Configure, boot and home, whatever the state was."""
+        status = self.status()
+        if status.acquiring:
+            self.acquire(False)
+        if status.state == pb.STATE_FAULT:
+            self.client.operation(BOOT_EXTRA_NS, clear_fault=pb.ClearFault())
         self.configure()
+        self._next_status()
         self.boot()
         self.home()
 
+    def _next_status(self) -> None:
+        """Wait for a Status that was made after the last reply."""
+        before = self.client.status
+        self.client.wait_until(lambda: self.client.status is not before, OUTPUT_TIMEOUT_NS, "status")
+
     def acquire(self, on: bool) -> None:
-        """Start the digitiser and wait until the sample clock is settled, or stop it."""
-        self.client.request(acquire=pb.Acquire(on=on), despite_fault=not on)
+        """Start the digitiser and wait until the sample clock is settled; or stop it, once the last samples have poses
+        after them."""
         if on:
+            self.client.request(acquire=pb.Acquire(on=True))
             settle_ns = self.instrument.cycle.clock_settle_ms * 1_000_000 + CLOCK_EXTRA_NS
             self.client.wait_until(lambda: self.status().clock_locked, settle_ns, "sample clock (no strobe?)")
-        else:
-            self.client.wait_until(
-                lambda: not self.status().acquiring, OUTPUT_TIMEOUT_NS, "digitiser stop", despite_fault=True
-            )
+            return
+        end_ns = self.client.link_time_ns + AFTERGLOW_NS
+        self.client.wait_until(
+            lambda: self.client.link_time_ns >= end_ns, OUTPUT_TIMEOUT_NS, "last samples", despite_fault=True
+        )
+        self.client.request(acquire=pb.Acquire(on=False), despite_fault=True)
+        self.client.wait_until(
+            lambda: not self.status().acquiring, OUTPUT_TIMEOUT_NS, "digitiser stop", despite_fault=True
+        )
 
     def shutter(self, is_open: bool) -> None:
         """Open or close the shutter; waits until the firmware shows it."""

@@ -172,7 +172,7 @@ def _grid(basis: KlemsBasis) -> tuple[FloatArray, FloatArray]:
 def _cell_bsdf(
     dsf: FloatArray, cosine: FloatArray, used: NDArray[np.int64], grid_cosine: FloatArray, grid_weight: FloatArray
 ) -> FloatArray:
-    """BSDF of each point's cell (n,): DSF / cos; a quarter of the cell's mean cosine bounds the division at the horizon."""
+    """BSDF of each point's cell (n,): DSF / cos; at the horizon a quarter of the mean cosine bounds it."""
     plain = np.bincount(used, grid_weight / grid_cosine, minlength=len(dsf))
     projected = np.bincount(used, grid_weight, minlength=len(dsf))
     mean_cosine = np.divide(projected, plain, out=np.zeros_like(projected), where=plain > 0)

@@ -1,4 +1,4 @@
-"""arm.py: a track on the sphere as a curve of the detector axes: readings and their derivatives by the track's length."""
+"""arm.py: a track on the sphere as a curve of the detector axes: readings and derivatives by the track's length."""
 
 from dataclasses import dataclass
 
@@ -58,7 +58,7 @@ def _solve(one: FloatArray, two: FloatArray, right: FloatArray) -> FloatArray:
 
 
 def fit_to_wrap(reading_deg: FloatArray, low_deg: float, high_deg: float) -> FloatArray:
-    """A continuous reading shifted by whole turns so that it lies within the limits, or as little outside as possible."""
+    """A continuous reading shifted by whole turns so that it lies within the limits if it can."""
     middle = 0.5 * (reading_deg.min() + reading_deg.max())
     shift = 360.0 * np.rint((0.5 * (low_deg + high_deg) - middle) / 360.0)
     inside = reading_deg.min() >= low_deg and reading_deg.max() <= high_deg

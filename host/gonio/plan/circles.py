@@ -1,4 +1,4 @@
-"""circles.py: the parallels of the arm that cover the sphere, where each begins and ends, and where it gives way to a zone."""
+"""circles.py: the parallels of the arm that cover the sphere: where each begins and ends, and gives way to a zone."""
 
 from dataclasses import dataclass
 
@@ -18,6 +18,7 @@ from gonio.units.instrument import Instrument
 
 GRID_DEG = 0.25
 CLEARANCE_DEG = 0.5  # from zones and from the ends of the cable
+_MARGIN_DEG = 0.1  # from the elevation's limits: a quintic overshoots a corner of its third derivative a little
 _HIGHEST_LIFT_DEG = 25.0
 _LIFT_SHARE = 0.5  # of the elevation's acceleration; the turns between circles need the rest
 _FAR_DEG = 1e4
@@ -81,12 +82,13 @@ class Coverage:
 
 
 def elevations(instrument: Instrument, pitch_deg: float) -> FloatArray:
-    """Elevations (n,) of the circles, rising, exactly a pitch apart; the highest is half a pitch from the pole if it can.
+    """Elevations (n,) of the circles, rising, exactly a pitch apart; the highest half a pitch from the pole if it can.
 
-    Where more than 3/4 of a pitch would be left below, one more circle lies on the lower limit itself.
+    Where more than 3/4 of a pitch would be left below, one more circle lies at the lower limit.
     """
     axis = instrument.axes[axis_numbers(instrument, "detector")[1]]
-    low, high = max(axis.min_deg, -90.0 + 0.5 * pitch_deg), min(axis.max_deg, 90.0 - 0.5 * pitch_deg)
+    low = max(axis.min_deg + _MARGIN_DEG, -90.0 + 0.5 * pitch_deg)
+    high = min(axis.max_deg - _MARGIN_DEG, 90.0 - 0.5 * pitch_deg)
     found = high - pitch_deg * np.arange(int(np.floor((high - low) / pitch_deg + 1e-9)), -1.0, -1.0)
     lowest = max(axis.min_deg, -90.0)
     return np.concatenate(([low], found)) if found[0] - lowest > 0.75 * pitch_deg else found
@@ -110,7 +112,7 @@ def circles(coverage: Coverage, speed_deg_per_s: float, beyond_deg: float) -> li
             last = right if wanted[-1] == inner[-1] else float(wanted[-1])
             found.append(Circle(float(elevation), float(wanted[0]), last, lifts))
     if not found:
-        raise UsageError(f"coarse.sphere: the arm reaches nothing of \"{coverage.sphere}\": plan another side")
+        raise UsageError(f'coarse.sphere: the arm reaches nothing of "{coverage.sphere}": plan another side')
     return found
 
 

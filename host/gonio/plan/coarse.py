@@ -4,6 +4,8 @@ After paper [1], fig. 5a. The arm's azimuth goes to and fro within its cable wra
 circles while the elevation goes over to the next one. Everything is closed form in time.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from gonio.plan.arm import axis_numbers
@@ -13,13 +15,13 @@ from gonio.plan.limits import HOLD_RATE_PER_S
 from gonio.plan.profiles import STEP_BEND, STEP_SLOPE, Law, smooth_step
 from gonio.plan.trajectory import FORCE_SHARE, SPEED_SHARE
 
-_KNOT_S = 0.1
+_KNOT_S = 0.05
 _STEP_SHARE = 0.5  # of the elevation's limits, for the step from circle to circle
 _LEAST_BEYOND_DEG = 5.0
 
 
 def coarse_pass(coverage: Coverage, speed_deg_per_s: float) -> AxisMotion:
-    """The motion from rest to rest over all circles; `speed_deg_per_s` at the arm's equator if the azimuth allows it."""
+    """The motion from rest to rest over all circles; `speed_deg_per_s` at the arm's equator if its azimuth can."""
     speed, turn_s = _speed_and_turn(coverage, speed_deg_per_s)
     beyond = speed * turn_s / np.pi
     found = circles(coverage, speed, beyond)
@@ -28,7 +30,7 @@ def coarse_pass(coverage: Coverage, speed_deg_per_s: float) -> AxisMotion:
     side = 1.0
     flight = _Flight(coverage, speed, _end(order[0], -side) - side * beyond)
     flight.ramp(order[0], ramp_s, side)
-    for circle, following in zip(order, order[1:], strict=False):
+    for circle, following in pairwise(order):
         flight.cruise(circle, side * max(side * _end(circle, side), side * _end(following, side)), side)
         flight.turn(circle, following, turn_s, side)
         side = -side
@@ -116,7 +118,7 @@ class _Flight:
 
     def _piece(self, duration_s: float, with_end: bool = False) -> FloatArray:
         count = max(1, int(np.ceil(duration_s / _KNOT_S)))
-        return np.arange(count + int(with_end)) * (duration_s / count)
+        return np.asarray(np.arange(count + int(with_end)) * (duration_s / count), dtype=np.float64)
 
     def _add(self, times: FloatArray, law: Law, pair: tuple[Circle, Circle], blend: FloatArray) -> None:
         azimuth, v, a = self._azimuth + law[0], law[1], law[2]

@@ -84,7 +84,7 @@ class _Compiler:
         return UsageError(f"{self._plan.source}: {problem}")
 
     def _reference(self, plan: SpiralPlan) -> None:
-        self._steps.append(OperatorStep("sample_removed", "Take the sample out of its holder: the free beam is measured"))
+        self._steps.append(OperatorStep("sample_removed", "Take the sample out of its holder to measure the free beam"))
         sample = (float(self._standing[i]) for i in axis_numbers(self._instrument, "sample"))
         incident, _ = self._kinematics.directions(self._standing[None, :])
         first, second = sample
@@ -122,8 +122,8 @@ class _Compiler:
         shading = shading_angle_deg(self._instrument, self._plan.beam)
         if from_source < shading:
             self._notes.append(
-                f"{title} is not measured: its centre is {from_source:.1f} deg from the source, and the detector's head "
-                f"shades the beam within {shading:.1f} deg"
+                f"{title} is not measured: its centre is {from_source:.1f} deg from the source, and the detector's "
+                f"head shades the beam within {shading:.1f} deg"
             )
             return []
         return [("peak", title, self._spiral(centre, peak.spiral, sample, title))]

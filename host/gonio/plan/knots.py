@@ -44,7 +44,7 @@ def pack(motion: AxisMotion, instrument: Instrument) -> KnotArray:
 
 
 def bernstein(knots: KnotArray) -> tuple[FloatArray, FloatArray]:
-    """Bernstein coefficients (segments, 6, axes) in counts and durations (segments,) in s of the quintics between knots.
+    """Bernstein coefficients (segments, 6, axes) in counts and durations (segments,) in s between knots.
 
     The derivatives of a polynomial of degree 5 at its ends are differences of its first and last coefficients
     (G. Farin, "Curves and Surfaces for CAGD", section 5.3).

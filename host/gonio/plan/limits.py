@@ -65,9 +65,9 @@ def first_inside(outside: FloatArray) -> int | None:
     index = np.arange(len(outside))
     worst: int | None = None
     for depth in range(_DEEPEST + 1):
-        open_ = ~(outside.min(axis=1) > 0.0).any(axis=1)
+        open_ = np.max(outside.min(axis=1), axis=1) <= 0.0
         outside, index = outside[open_], index[open_]
-        sure = (outside[:, [0, -1]] <= 0.0).all(axis=2).any(axis=1) | (depth == _DEEPEST)
+        sure = np.any(np.all(outside[:, [0, -1]] <= 0.0, axis=2), axis=1) | (depth == _DEEPEST)
         worst = _first(index[sure], worst)
         keep = ~sure if worst is None else index < worst
         if not keep.any():
@@ -113,14 +113,14 @@ def find(knots: KnotArray, instrument: Instrument) -> Finding | None:
         position = coefficients[:, :, number]
         segment = first_outside(position, low - _POSITION_SLACK_COUNTS, high + _POSITION_SLACK_COUNTS)
         if segment is not None:
-            reading = position[segment] / axis.counts_per_deg
+            reading = _near(position[segment]) / axis.counts_per_deg
             over = reading.max() > axis.max_deg
             worst, limit = (reading.max(), axis.max_deg) if over else (reading.min(), axis.min_deg)
             return Finding(segment, f"{axis.name} would be {worst:.2f} deg, its limit is {limit:g}")
         speed = axis.max_velocity_deg_per_s * scale * (1.0 + _SLACK)
         segment = first_outside(velocity[:, :, number], -speed, speed)
         if segment is not None:
-            worst = np.abs(velocity[segment, :, number]).max() / scale
+            worst = np.abs(_near(velocity[segment, :, number])).max() / scale
             limit = axis.max_velocity_deg_per_s
             return Finding(segment, f"{axis.name} would turn at {worst:.2f} deg/s, its limit is {limit:g}")
         force = axis.max_acceleration_deg_per_s2 * scale * (1.0 + _SLACK)
@@ -129,7 +129,7 @@ def find(knots: KnotArray, instrument: Instrument) -> Finding | None:
             with_feed = raised + sign * HOLD_RATE_PER_S * velocity[:, :, number]
             segment = first_outside(with_feed, -force, force)
             if segment is not None:
-                worst = np.abs(with_feed[segment]).max() / scale
+                worst = np.abs(_near(with_feed[segment])).max() / scale
                 limit = axis.max_acceleration_deg_per_s2
                 return Finding(segment, f"{axis.name} would accelerate at {worst:.2f} deg/s2, its limit is {limit:g}")
     for name, a, b in zone_lines(instrument, start):
@@ -137,6 +137,14 @@ def find(knots: KnotArray, instrument: Instrument) -> Finding | None:
         if segment is not None:
             return Finding(segment, f'the arm would enter "{name}"')
     return None
+
+
+def _near(coefficients: FloatArray) -> FloatArray:
+    """Coefficients (m,) refined until their hull is the polynomial's range to a thousandth, for the sentences."""
+    pieces = coefficients[None]
+    for _ in range(6):
+        pieces = halve(pieces)
+    return pieces
 
 
 def _raise_degree(cubic: FloatArray) -> FloatArray:

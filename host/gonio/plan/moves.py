@@ -1,4 +1,4 @@
-"""moves.py: moves from rest to rest between paths, straight in the axes, round the zones where the straight way enters one."""
+"""moves.py: moves from rest to rest between paths, straight in the axes, round the zones if need be."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -70,14 +70,19 @@ def _through(points: list[FloatArray], instrument: Instrument) -> AxisMotion:
     for number, leg in enumerate(legs):
         pick = slice(None) if number + 1 == len(legs) else slice(None, -1)
         parts.append(
-            (elapsed + leg.time_s[pick], leg.q_deg[pick], leg.velocity_deg_per_s[pick], leg.acceleration_deg_per_s2[pick])
+            (
+                elapsed + leg.time_s[pick],
+                leg.q_deg[pick],
+                leg.velocity_deg_per_s[pick],
+                leg.acceleration_deg_per_s2[pick],
+            )
         )
         elapsed += float(leg.time_s[-1])
     return AxisMotion(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def _leg(start: FloatArray, end: FloatArray, instrument: Instrument) -> AxisMotion:
-    """Straight from rest to rest: the share of the way gathers speed as V (1 - cos(pi t / T)) / 2, cruises and brakes."""
+    """Straight from rest to rest: the share of the way grows as V (1 - cos(pi t / T)) / 2, cruises and brakes."""
     distance = end - start
     way = np.abs(distance)
     if way.max() < _NO_DISTANCE_DEG:
@@ -89,14 +94,15 @@ def _leg(start: FloatArray, end: FloatArray, instrument: Instrument) -> AxisMoti
     fastest = SPEED_SHARE * np.array([axis.max_velocity_deg_per_s for axis in instrument.axes])[moving]
     # Without a cruise T = 1 / V, and way (pi V^2 / 2 + rate V) may be the force; a lower V leaves room for a cruise.
     held = HOLD_RATE_PER_S * way
-    speed = float(np.minimum(fastest / way, (np.sqrt(held**2 + 2.0 * np.pi * way * force) - held) / (np.pi * way)).min())
+    uncruised = (np.sqrt(held**2 + 2.0 * np.pi * way * force) - held) / (np.pi * way)
+    speed = float(np.minimum(fastest / way, uncruised).min())
     ramp = float((0.5 * np.pi / (force / (speed * way) - HOLD_RATE_PER_S)).max())
     cruise = max(0.0, 1.0 / speed - ramp)
     w = np.pi / ramp
 
-    # Whole nanoseconds of knots would not matter; the pieces meet at knots so that each is one closed form.
+    # The pieces meet at knots, so that each is one closed form.
     up = np.linspace(0.0, ramp, max(2, int(np.ceil(ramp / _KNOT_S)) + 1))
-    even = np.linspace(0.0, cruise, max(2, int(np.ceil(cruise / _KNOT_S)) + 1))[1:-1] if cruise > _KNOT_S else np.empty(0)
+    even = np.linspace(0.0, cruise, max(2, int(np.ceil(cruise / _KNOT_S)) + 1))[1:-1]
     share_up, rate_up, bend_up = (
         0.5 * speed * (up - np.sin(w * up) / w),
         0.5 * speed * (1.0 - np.cos(w * up)),

@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from gonio.units.errors import UsageError
 from gonio.units.instrument import Instrument
 
 _COLOURS = {"reference": "#7a5195", "coarse": "#2f6f9f", "peak": "#d1495b"}
-_TITLES = {None: "free beam, sample removed"}
 
 
 def write_preview(program: Program, instrument: Instrument, path: Path) -> None:
@@ -57,7 +57,7 @@ def page(program: Program, instrument: Instrument) -> str:
     total = len(figure.data)
     buttons = [
         {
-            "label": _TITLES.get(incident) or "incident ({:g}, {:g})".format(*incident),
+            "label": _title(incident),
             "method": "update",
             "args": [{"visible": [i == 0 or first <= i < last for i in range(total)]}],
         }
@@ -77,6 +77,10 @@ def page(program: Program, instrument: Instrument) -> str:
     return str(plotly.io.to_html(figure, include_plotlyjs=True, full_html=True, default_height="95vh"))
 
 
+def _title(incident: tuple[float, float] | None) -> str:
+    return "without sample" if incident is None else f"incident ({incident[0]:g}, {incident[1]:g})"
+
+
 def _duration(seconds: float) -> str:
     return f"{seconds / 60.0:.0f} min" if seconds >= 120.0 else f"{seconds:.0f} s"
 
@@ -85,19 +89,19 @@ def _track(step: PathStep, instrument: Instrument) -> FloatArray:
     return Kinematics(instrument.axes).directions(positions_deg(step.knots, instrument))[1]
 
 
-def _line(go, track: FloatArray, colour: str, name: str, visible: bool):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _line(go: Any, track: FloatArray, colour: str, name: str, visible: bool) -> Any:
     x, y, z = np.round(track, 4).T
     return go.Scatter3d(
         x=x, y=y, z=z, mode="lines", line={"color": colour, "width": 2}, name=name, visible=visible, hoverinfo="name"
     )
 
 
-def _points(go, places: FloatArray, name: str, visible: bool):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _points(go: Any, places: FloatArray, name: str, visible: bool) -> Any:
     x, y, z = places.T
     return go.Scatter3d(x=x, y=y, z=z, mode="markers", marker={"size": 4}, name=name, visible=visible)
 
 
-def _globe(go):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _globe(go: Any) -> Any:
     theta, phi = np.meshgrid(np.linspace(0.0, 180.0, 37), np.linspace(0.0, 360.0, 73))
     x, y, z = np.moveaxis(0.985 * unit_from_angles_deg(theta, phi), -1, 0)
     return go.Surface(

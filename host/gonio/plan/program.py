@@ -1,4 +1,4 @@
-"""program.py: what a compiled plan is: the steps that acquire runs one after the other, each checked before anything moves."""
+"""program.py: what a compiled plan is: steps that acquire runs one after the other, checked before anything moves."""
 
 from dataclasses import dataclass, field
 from typing import Any, Literal

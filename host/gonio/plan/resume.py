@@ -71,7 +71,7 @@ def _rest(step: Step, partial: tuple[int, int] | None) -> PathStep | None:
 def retimed(knots: KnotArray, from_ns: int) -> KnotArray:
     """The rest of a path from path time `from_ns`: at rest there, then ever faster until it runs as planned.
 
-    With s(t) the path time, q' and q'' the path's derivatives: velocity q' ds/dt, acceleration q'' (ds/dt)^2 + q' d2s/dt2.
+    With s(t) the path time and q', q'' the path's derivatives: velocity q' s', acceleration q'' s'^2 + q' s''.
     """
     if from_ns <= 0:
         return knots
@@ -88,7 +88,7 @@ def retimed(knots: KnotArray, from_ns: int) -> KnotArray:
     result["time_ns"][: len(fine)] = fine
     result["time_ns"][len(fine) :] += delay_ns
     result["time_ns"][-1] = end_ns
-    path_s, rate, bend = speed_up(fine * 1e-9, _RAMP_S)
+    path_s, rate, bend = speed_up(fine.astype(np.float64) * 1e-9, _RAMP_S)
     q, d_q, dd_q = evaluate(knots, from_ns + path_s * 1e9)
     result["position_counts"][: len(fine)] = q
     result["velocity_counts_per_s"][: len(fine)] = d_q * rate[:, None]
@@ -103,7 +103,7 @@ def _time_to_pass(path_s: float) -> float:
     """Time after which a path that speeds up from rest has passed `path_s` of path time."""
     if path_s >= 0.5 * _RAMP_S:
         return path_s + 0.5 * _RAMP_S
-    time = np.linspace(0.0, _RAMP_S, 4097)
+    time = np.linspace(0.0, _RAMP_S, 4097, dtype=np.float64)
     return float(np.interp(path_s, speed_up(time, _RAMP_S)[0], time))
 
 

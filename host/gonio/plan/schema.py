@@ -30,7 +30,7 @@ class SamplePlan:
 
 @dataclass(frozen=True)
 class BeamPlan:
-    """The illumination: `diameter_mm` on the sample (collimated: also at the head), full divergence at the arm's radius."""
+    """The illumination: `diameter_mm` on the sample, full divergence as seen at the arm's radius."""
 
     kind: str
     diameter_mm: float
@@ -97,7 +97,7 @@ class Plan:
 
 
 def load_plan(path: Path) -> Plan:
-    """Read a plan file. Raises UsageError, naming file and key, for anything that is unreadable, unknown or out of range."""
+    """Read a plan file. Raises UsageError, naming file and key, for anything unreadable, unknown or out of range."""
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError, ValueError) as error:
@@ -278,7 +278,9 @@ def _spiral(table: _Table) -> SpiralPlan:
 def _radius_and_pitch(table: _Table) -> SpiralPlan:
     spiral = SpiralPlan(table.number("radius_deg", _RADIUS, "degrees"), table.number("pitch_deg", _PITCH, "degrees"))
     if spiral.radius_deg < spiral.pitch_deg:
-        raise table.error("radius_deg", f"is {spiral.radius_deg:g}: it must be at least the pitch of {spiral.pitch_deg:g}")
+        raise table.error(
+            "radius_deg", f"is {spiral.radius_deg:g}: at least the pitch of {spiral.pitch_deg:g} expected"
+        )
     return spiral
 
 

@@ -21,7 +21,7 @@ def sinusoid_motion(
     at the end; phases and, slightly, frequencies differ, and no axis exceeds the peak speed."""
     count = len(instrument.axes)
     knots = int(np.ceil(duration_s / _KNOT_S))
-    time = np.arange(knots + 1) * (duration_s / knots)
+    time = np.linspace(0.0, duration_s, knots + 1, dtype=np.float64)
     rising = time <= 0.5 * duration_s
     law, rate, bend = speed_up(np.where(rising, time, duration_s - time), _RAMP_S)
     whole = duration_s - _RAMP_S
@@ -47,7 +47,7 @@ def sinusoid_program(
     duration_s: float,
     dark_s: float = 1.0,
 ) -> Program:
-    """Move to the start, dark, then the sinusoids with the shutter open. Raises UsageError if an axis is not able to."""
+    """Move to the start, dark, then the sinusoids with the shutter open. Raises UsageError if an axis cannot."""
     motion = sinusoid_motion(instrument, amplitude_deg, peak_speed_deg_per_s, duration_s)
     knots = pack(motion, instrument)
     require_allowed(knots, instrument, Kinematics(instrument.axes), "sinusoid")

@@ -24,6 +24,8 @@ class SphereTrack:
 def spiral(centre: ArrayLike, radius_deg: float, pitch_deg: float) -> SphereTrack:
     """Spiral from a unit vector (3,) out to `radius_deg`; neighbouring turns are `pitch_deg` apart.
 
+    Every direction up to half a pitch inside the radius is within half a pitch of the track.
+
     With w the spiral's angle the polar angle from the centre is rho = pitch w / (2 pi); the length follows from
     ds/dw = sqrt(rho'^2 + sin(rho)^2).
     """

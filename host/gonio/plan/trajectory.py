@@ -48,7 +48,7 @@ def _reachable_speed(length: FloatArray, limit: FloatArray, acceleration: FloatA
 
 
 def _smoothed(time: FloatArray, speed: FloatArray, total: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Length, speed and acceleration along the track at multiples of the fine step, corners rounded by a raised cosine."""
+    """Length, speed and acceleration along the track at multiples of the fine step, its corners rounded."""
     half = round(0.5 * _SMOOTHING_S / _FINE_S)
     window = 1.0 + np.cos(np.pi * np.arange(-half, half + 1) / (half + 1))
     steps = int(np.ceil(time[-1] / _FINE_S))
@@ -88,7 +88,7 @@ def _hermite(curve: AxisCurve, length: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _load(velocity: FloatArray, acceleration: FloatArray, instrument: Instrument) -> FloatArray:
-    """How far each moment (n,) uses the shares of the limits; 1 is all. Accelerations count as their root, like speeds."""
+    """How far each moment (n,) uses the shares of the limits; 1 is all. Accelerations count by their root."""
     load = np.zeros(len(velocity))
     for i, axis in enumerate(instrument.axes):
         force = np.abs(acceleration[:, i]) + HOLD_RATE_PER_S * np.abs(velocity[:, i])
@@ -125,7 +125,7 @@ def time_law(curve: AxisCurve, speed_deg_per_s: float, instrument: Instrument) -
     pick = slice(None, None, _KNOT_STEPS)
     count = len(length[pick])
     return AxisMotion(
-        np.arange(count) * (_FINE_S * _KNOT_STEPS * stretch),
+        np.arange(count, dtype=np.float64) * (_FINE_S * _KNOT_STEPS * stretch),
         q[pick],
         velocity[pick] / stretch,
         accelerations[pick] / stretch**2,

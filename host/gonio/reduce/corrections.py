@@ -116,7 +116,7 @@ class Light:
 def light_of(
     samples: NDArray[np.void], time_ns: NDArray[np.int64], high_weight: FloatArray, dark: Dark, gains: Gains
 ) -> Light:
-    """Subtract dark and blend the gains. SATURATED where a channel that counts, or the lamp monitor, is at full scale."""
+    """Subtract dark and blend the gains. SATURATED: a channel that counts, or the lamp monitor, is at full scale."""
     offset = dark.at(time_ns, smooth_temperature_c(samples))
     high = (samples["high_counts"] - offset[:, 0]) / gains.high.gain
     low = (samples["low_counts"] - offset[:, 1]) / gains.low.gain
@@ -156,8 +156,8 @@ def smooth_variance(values: FloatArray) -> FloatArray:
 def shot_variance_per_count(signal: FloatArray, dark_variance: FloatArray, consecutive: NDArray[np.bool_]) -> float:
     """Variance of the light in low-gain counts per count, from the scan itself; 0 where it does not show.
 
-    `consecutive` (n,) is False where a sample does not follow its predecessor. Local variances are binned by signal; the
-    median of a bin is robust against edges of the beam; the slope over the dark noise follows by weighted least squares.
+    `consecutive` (n,) is False where a sample does not follow its predecessor. Local variances are binned by signal;
+    the median of a bin is robust against edges of the beam; the slope follows by weighted least squares.
     """
     if len(signal) < 1000:
         return 0.0

@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from gonio.dataset.bsdf import Distribution
 from gonio.geometry.cells import hemisphere_solid_angles_sr, solid_angles_sr
-from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
+from gonio.geometry.directions import unit_from_angles_deg
 
 FloatArray = NDArray[np.float64]
 
@@ -15,7 +15,7 @@ FILL_REACH_DEG = 6.0
 
 
 def cells_of(unit: FloatArray) -> FloatArray:
-    """Solid angles (n,) of directions (n, 3): cells over the whole sphere, or cut at the horizon if all lie on one side."""
+    """Solid angles (n,) of directions (n, 3): over the whole sphere, or cut at the horizon if all lie on one side."""
     one_side = len(unit) > 0 and (np.all(unit[:, 2] >= 0.0) or np.all(unit[:, 2] <= 0.0))
     return hemisphere_solid_angles_sr(unit) if one_side else solid_angles_sr(unit)
 
@@ -25,8 +25,9 @@ def integrals(distribution: Distribution) -> dict[str, float]:
 
     rho, tau: over the hemisphere of the incident direction and the other one; directions that are masked hold the
     value of their nearest measured neighbour within FILL_REACH_DEG (rho_filled, tau_filled is that part; the rest
-    counts as 0). rho_u, tau_u: standard uncertainty from noise and P_i. measured_share_*: measured solid angle over 2 pi;
-    measured_cosine_share_*: the same weighted by cos theta, over pi. masked_sr_*: solid angle of the masked points.
+    counts as 0). rho_u, tau_u: standard uncertainty from noise and P_i. measured_share_*: measured solid angle
+    over 2 pi; measured_cosine_share_*: the same weighted by cos theta, over pi. masked_sr_*: solid angle of the masked
+    points.
     """
     unit = unit_from_angles_deg(distribution.theta_deg, distribution.phi_deg)
     omega, measured = distribution.solid_angle_sr, distribution.measured
@@ -63,14 +64,3 @@ def fill_masked(unit: FloatArray, dsf_per_sr: FloatArray, measured: NDArray[np.b
     near = np.isfinite(distance)
     filled[masked[near]] = dsf_per_sr[measured][neighbour[near]]
     return filled
-
-
-def value_near(distribution: Distribution, theta_deg: float, phi_deg: float, within_deg: float) -> float | None:
-    """DSF [1/sr] of the measured point nearest to (theta, phi), or None if there is none within `within_deg`."""
-    measured = distribution.measured
-    if not measured.any():
-        return None
-    unit = unit_from_angles_deg(distribution.theta_deg[measured], distribution.phi_deg[measured])
-    apart_deg = angle_between_deg(unit, unit_from_angles_deg(theta_deg, phi_deg))
-    nearest = int(np.argmin(apart_deg))
-    return float(distribution.dsf_per_sr[measured][nearest]) if apart_deg[nearest] <= within_deg else None

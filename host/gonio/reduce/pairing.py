@@ -57,7 +57,7 @@ class PoseTrack:
     ) -> tuple[FloatArray, NDArray[np.uint16]]:
         """Readings (n, axes) in degrees at controller times (n,) less `delay_ns` (scalar or (n,)), and flags (n,).
 
-        Flags: POSE_LOST (reading NaN) outside the track or where more than MAX_MISSING_SYNCS of the SYNCs around the time
+        Flags: POSE_LOST (reading NaN) outside the track or where more than MAX_MISSING_SYNCS of the SYNCs around it
         have no position of some axis; INTERPOLATED_POSE where fewer are missing.
         """
         t = (np.asarray(time_ns, dtype=np.int64) - self.origin_ns).astype(np.float64) - delay_ns

@@ -114,7 +114,7 @@ def _fit(x: FloatArray, y: FloatArray, dsf: FloatArray, weight: FloatArray) -> l
         dx, dy = (x - px) / s, (y - py) / s
         lobe = np.exp(-0.5 * (dx**2 + dy**2))
         columns = (lobe, h * lobe * dx / s, h * lobe * dy / s, h * lobe * (dx**2 + dy**2) / s, np.ones_like(x), x, y)
-        return np.stack(columns, axis=1) * (root / height)[:, None] * scale
+        return np.asarray(np.stack(columns, axis=1) * (root / height)[:, None] * scale)
 
     start = np.array([height, x0, y0, sigma, *plane]) / scale
     found = least_squares(residual, start, jac=slope, method="lm")

@@ -45,7 +45,7 @@ def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None) -> Datas
     the free beam, or a single measured path."""
     options = options or ReduceOptions()
     metadata = rawlog.metadata
-    text = metadata.get("instrument_text")
+    text = metadata.get("instrument")
     if not text:
         raise UsageError("the raw log does not hold its instrument file: record it with gonio scan")
     instrument = parse_instrument(text, "instrument file in the raw log")
@@ -91,7 +91,7 @@ def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None) -> Datas
             },
             "shade_angle_deg": shade_deg,
             "versions": {"gonio": _version(), "numpy": np.__version__, "scipy": scipy.__version__},
-            "scan": {key: value for key, value in metadata.items() if key not in ("instrument_text", "unreachable")},
+            "scan": {key: value for key, value in metadata.items() if key not in ("instrument", "unreachable")},
         },
         beam=_beam_distribution(beam, beam_points, scale),
     )

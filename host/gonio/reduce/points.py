@@ -50,7 +50,7 @@ def points_of(flown: Flown, path: int, scale: Scale, shade_deg: float | None) ->
     """The samples of a path as points. `shade_deg` None (free beam): the head shades nothing that counts."""
     flags = flown.flags.copy()
     if shade_deg is not None:
-        flags[shadowed(flown.detector_lab, shade_deg)] |= PointFlag.SHADOWED
+        flags[shadowed(flown.detector_lab, shade_deg)] |= np.uint16(PointFlag.SHADOWED)
     return Points(
         unit=flown.outgoing,
         signal=flown.signal,

@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from PIL import Image
 
 from gonio.dataset.bsdf import Distribution
 from gonio.geometry.directions import unit_from_angles_deg
@@ -39,9 +40,10 @@ HALVES: tuple[Half, Half] = ("front", "back")
 def data_uri(figure: Figure, dpi: int = 110) -> str:
     """The figure as `data:image/png;base64,...`."""
     out = io.BytesIO()
-    FigureCanvasAgg(figure).print_png(
-        out, metadata={"Software": None}, pil_kwargs={"optimize": True, "dpi": (dpi, dpi)}
-    )
+    figure.set_dpi(dpi)
+    canvas: Any = FigureCanvasAgg(figure)  # its methods carry no types
+    canvas.draw()  # once: savefig would draw twice for the layout
+    Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").save(out, format="PNG", compress_level=7)
     return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
 
 
@@ -102,7 +104,7 @@ def plane_figure(d: Distribution, truth: DsfTruth | None, dpi: int = 110) -> str
             axes.grid(alpha=0.25, lw=0.5)
             axes.set_xlim(-90, 90)
             axes.set_xticks(range(-90, 91, 30))
-        _label_profile(grid, profile.dsf_per_sr, truth is not None)
+        _label_profile(figure, grid, profile.dsf_per_sr, truth is not None)
         return data_uri(figure, dpi)
 
 
@@ -130,15 +132,16 @@ def _draw_truth(
     lower.grid(alpha=0.25, lw=0.5)
 
 
-def _label_profile(grid: NDArray[np.object_], dsf: NDArray[np.float64], with_truth: bool) -> None:
+def _label_profile(figure: Figure, grid: NDArray[np.object_], dsf: NDArray[np.float64], with_truth: bool) -> None:
     first: Axes = grid[0][0]
     first.set_ylabel("DSF  [1/sr]")
     positive = dsf[dsf > 0]
     if len(positive):
-        first.set_ylim(max(float(np.quantile(positive, 0.01)) / 3, positive.max() * 1e-7), positive.max() * 3)
+        top = max(float(positive.max()), *(float(axes.dataLim.y1) for axes in grid[0]))
+        first.set_ylim(max(float(np.quantile(positive, 0.01)) / 3, top * 1e-7), top * 2)
     handles, labels = first.get_legend_handles_labels()
     if labels:
-        first.legend(handles, labels, loc="upper right", fontsize=7.5, frameon=False)
+        figure.legend(handles, labels, loc="outside upper right", ncols=2, fontsize=8, frameon=False)
     if with_truth:
         grid[1][0].set_ylabel("deviation  [%]")
     for axes in grid[-1]:
@@ -201,9 +204,9 @@ def _polar_frame(axes: Axes, half: Half) -> None:
         if half == "front"
         else "back hemisphere (\u03b8 > 90\u00b0), seen from the front"
     )
-    axes.set_title(side, fontsize=8.5, color=INK, pad=12)
-    axes.set_xlim(-108, 108)
-    axes.set_ylim(-104, 104)
+    axes.annotate(side, (0, 106), fontsize=8.5, color=INK, ha="center", va="bottom")
+    axes.set_xlim(-112, 112)
+    axes.set_ylim(-106, 122)
 
 
 def _box() -> dict[str, object]:

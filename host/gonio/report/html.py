@@ -11,6 +11,7 @@ from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.formats import atomic
 from gonio.formats.klems_matrices import BANDS, PROCESSES, SIDES, build
 from gonio.report import figures
+from gonio.report.covered import covered_reflectance, zero_forty_five
 from gonio.report.html_parts import (
     bullets,
     facts,
@@ -26,12 +27,12 @@ from gonio.report.html_parts import (
     table,
 )
 from gonio.report.style import CSS
-from gonio.report.summary import zero_forty_five
 from gonio.report.truth import DsfTruth, expected_peaks, measured_peaks
 from gonio.units.errors import GonioError
 
 _MANY = 6  # more distributions than this are folded away and drawn coarser
 _COUNTERS = "counters"
+_COARSE_SHARE = 1.01  # of the cosine-weighted hemisphere; more is no coverage but coarse cells
 
 
 def write_report(dataset: Dataset, path: Path, *, truth: DsfTruth | None = None) -> None:
@@ -62,8 +63,8 @@ def render(dataset: Dataset, truth: DsfTruth | None = None) -> str:
         f"<title>{escape(name)} \u2013 BSDF report</title><style>{CSS}</style></head><body>"
         f'<header><div class="eyebrow">gonio \u00b7 BSDF report</div><h1>{escape(name)}</h1>{_head(dataset, truth)}'
         f"<nav>{links}</nav></header><main>{body}</main>"
-        "<footer>Angles: theta 0\u2013180\u00b0 from the front normal, phi 0\u2013360\u00b0 from +x towards +y, all directions "
-        "pointing away from the sample. DSF = scattered radiant intensity over incident power [1/sr]; "
+        "<footer>Angles: theta 0\u2013180\u00b0 from the front normal, phi 0\u2013360\u00b0 from +x towards +y, "
+        "away from the sample. DSF = scattered radiant intensity over incident power [1/sr]; "
         f"BSDF = DSF / |cos theta|. Written by gonio {escape(_own_version())}.</footer></body></html>\n"
     )
 
@@ -119,11 +120,18 @@ def _integrals(dataset: Dataset, truth: DsfTruth | None) -> str:
     head = ["incident", "channel", "into", "value", "u (k = 1)", "measured share", "of it filled"]
     head += ["truth", "difference"] if truth is not None else []
     note = (
-        "Sum of DSF times solid angle over the hemisphere. The measured share is that of the cosine-weighted hemisphere; "
+        "Sum of DSF times solid angle over the hemisphere. The measured share is that of the cosine-weighted one; "
         "\u201cfilled\u201d is the part of the value that masked directions took from their nearest neighbour. "
         "What lies outside both counts as zero."
     )
-    return table(head, rows, text_columns=()) + paragraph(note, "note")
+    shares = [v for d in dataset.distributions for k, v in d.integrals.items() if k.startswith("measured_cosine_share")]
+    coarse = max(shares, default=0.0) > _COARSE_SHARE
+    remark = paragraph(
+        "Some shares exceed 100 %: the points are so sparse that the outermost cells reach the horizon, and these sums "
+        "are too high by about as much. The reflectance over the covered part, where given, is free of this.",
+        "warn",
+    )
+    return table(head, rows) + paragraph(note, "note") + (remark if coarse else "")
 
 
 def _peaks(dataset: Dataset, truth: DsfTruth | None) -> str:
@@ -166,21 +174,16 @@ def _wavelengths(dataset: Dataset) -> str:
     for d in dataset.distributions:
         if d.wavelength_nm is None or d.incident_theta_deg > 1:
             continue
-        cosine_share = d.integrals.get("measured_cosine_share_front")
-        reach = float(d.theta_deg[d.measured & (d.theta_deg <= 90)].max(initial=0.0))
-        rows.append(
-            [
-                f"{d.wavelength_nm:g} nm",
-                fixed(zero_forty_five(d), 3),
-                fixed(d.integrals.get("rho"), 4),
-                percent(cosine_share),
-                f"{reach:.1f}\u00b0",
-            ]
-        )
+        covered = covered_reflectance(d)
+        row = [f"{d.wavelength_nm:g} nm", fixed(zero_forty_five(d), 3)]
+        rows.append([*row, fixed(covered.value, 4), f"{covered.limit_deg:.1f}\u00b0", percent(covered.share)])
     if not rows:
         return ""
-    note = "0:45 is pi times the mean BSDF within 2\u00b0 of theta = 45\u00b0 at normal incidence. Reflectance is over the measured cells."
-    head = ["wavelength", "0:45", "direct-hemispherical \u03c1", "measured share", "measured up to"]
+    note = (
+        "0:45 is pi times the mean BSDF within 2\u00b0 of theta = 45\u00b0, incidence normal. The reflectance is over "
+        "the covered part of the hemisphere, from the normal to the outermost point: nothing is added for the rest."
+    )
+    head = ["wavelength", "0:45", "\u03c1 over the covered part", "covered up to", "covered, cosine-weighted"]
     return table(head, rows) + paragraph(note, "note")
 
 
@@ -189,11 +192,11 @@ def _distributions(dataset: Dataset, truth: DsfTruth | None) -> str:
     dpi = 72 if many else 110
     parts = []
     for d in dataset.distributions:
-        masked = "" if d.measured.all() else " Hatched: masked, no value."
+        masked = "" if d.measured.all() else " Hatched: masked."
         maps = figure(
             figures.polar_maps(d, dpi),
             f"Polar maps of the DSF for incidence {_incident(d)}, {d.channel}",
-            f"DSF, logarithmic; each pixel shows the nearest point.{masked}",
+            f"DSF, logarithmic; each pixel shows the nearest point. White: nothing measured.{masked}",
         )
         plane = figure(
             figures.plane_figure(d, truth, dpi),
@@ -259,7 +262,7 @@ def _klems(dataset: Dataset) -> str:
                 measured, rotated, _, zero = built.column_counts(band, process, side)
                 rows.append([f"{band} {process} {side}", str(measured), str(rotated), str(zero)])
     head = ["matrix", "columns measured", "rotated (isotropic)", "zero"]
-    note = f"{built.basis.name}, {built.basis.size} incident columns per matrix, as written by `gonio export` without filling."
+    note = f"{built.basis.name}, {built.basis.size} incident columns each, as `gonio export` writes without filling."
     return table(head, rows) + bullets(built.remarks()) + paragraph(note, "note")
 
 

@@ -17,7 +17,8 @@ nav{margin:1rem 0 0;display:flex;flex-wrap:wrap;gap:.25rem 1.1rem;font-size:.9re
 a{color:var(--accent);text-decoration:none}a:hover{text-decoration:underline}
 .facts{display:grid;grid-template-columns:repeat(auto-fit,minmax(9.5rem,1fr));gap:.6rem;margin:1.3rem 0}
 .facts div{background:var(--soft);border-radius:6px;padding:.6rem .8rem}
-.facts dt{font-size:.78rem;color:var(--muted)}.facts dd{margin:0;font-size:1.12rem;font-weight:600;overflow-wrap:anywhere}
+.facts dt{font-size:.78rem;color:var(--muted)}
+.facts dd{margin:0;font-size:1.12rem;font-weight:600;overflow-wrap:anywhere}
 .scroll{overflow-x:auto;margin:.7rem 0}
 table{border-collapse:collapse;font-size:.88rem;font-variant-numeric:tabular-nums;min-width:100%}
 th,td{text-align:right;padding:.34rem .7rem;border-bottom:1px solid var(--line);white-space:nowrap}
@@ -30,6 +31,7 @@ summary{cursor:pointer;padding:.4rem 0;font-weight:600}
 .warn{border-left:3px solid var(--warn);padding:.1rem .9rem;color:var(--warn)}
 ul.remarks{padding-left:1.1rem;max-width:56rem}
 footer{margin-top:3rem;color:var(--muted);font-size:.82rem;border-top:1px solid var(--line);padding-top:.8rem}
+@media(max-width:640px){figure{overflow-x:auto}figure img{max-width:none;width:46rem}}
 @media print{body{max-width:none;padding:0;font-size:10.5pt}nav{display:none}
  figure,table,.facts{break-inside:avoid}h2,h3{break-after:avoid}details{border:none;padding:0}.scroll{overflow:visible}
  td,th{padding:.2rem .4rem}}

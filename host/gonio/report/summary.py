@@ -9,10 +9,10 @@ import numpy as np
 from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.formats import atomic
 from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
+from gonio.report.covered import covered_reflectance, zero_forty_five
 from gonio.report.truth import DsfTruth, expected_peaks, measured_peaks
 
 HEMISPHERICAL = ("rho", "tau")
-FORTY_FIVE_BAND_DEG = 2.0
 
 
 def build_summary(dataset: Dataset, truth: DsfTruth | None = None) -> dict[str, Any]:
@@ -35,16 +35,6 @@ def write_summary(dataset: Dataset, path: Path, *, truth: DsfTruth | None = None
     return summary
 
 
-def zero_forty_five(d: Distribution) -> float | None:
-    """pi times the mean BSDF within 2 degrees of theta_s = 45 degrees, incidence normal; None if not measured."""
-    if d.incident_theta_deg > 1.0:
-        return None
-    near = d.measured & (np.abs(d.theta_deg - 45.0) <= FORTY_FIVE_BAND_DEG)
-    if not near.any():
-        return None
-    return float(np.pi * np.mean(d.dsf_per_sr[near] / np.cos(np.radians(d.theta_deg[near]))))
-
-
 def _distribution(d: Distribution, truth: DsfTruth | None) -> dict[str, Any]:
     entry: dict[str, Any] = {
         "incident_deg": [d.incident_theta_deg, d.incident_phi_deg],
@@ -55,6 +45,7 @@ def _distribution(d: Distribution, truth: DsfTruth | None) -> dict[str, Any]:
         "p_i": d.p_i,
         "integrals": dict(d.integrals),
         "zero_forty_five": zero_forty_five(d),
+        "covered_reflectance": vars(covered_reflectance(d)),
         "peaks": measured_peaks(d),
     }
     if truth is None:

@@ -1,4 +1,4 @@
-"""closed_form.py: what an ideal instrument would read from a scenario's sample: closed forms seen through beam and aperture.
+"""closed_form.py: what an ideal instrument would read from a scenario's sample, seen through beam and aperture.
 
 The convolution is a plain quadrature over both discs, written apart from the twin's optics: the two check each other.
 """
@@ -93,7 +93,7 @@ class Truth:
         return total
 
     def beam_per_sr(self, angle_deg: FloatArray) -> FloatArray:
-        """The free beam seen through the aperture, of unit integral [1/sr], shape (n,), over the angle from its axis."""
+        """The free beam seen through the aperture, of unit integral [1/sr], at angles (n,) from its axis."""
         return self._convolved_beam(np.radians(np.asarray(angle_deg, dtype=np.float64)))
 
     def integrals(self, incident_theta_deg: float, incident_phi_deg: float) -> dict[str, float]:
@@ -125,7 +125,7 @@ class Truth:
         return float(np.degrees(np.sqrt(variance)))
 
     def _seen(self, function: Zonal, angle_rad: FloatArray) -> Zonal:
-        """The zonal function averaged over the aperture and then over the beam, as a spline through `angle_rad` (n,)."""
+        """The zonal function averaged over aperture and beam, as a spline through `angle_rad` (n,)."""
         everywhere: Zonal = np.ones_like
         over_aperture = CubicSpline(angle_rad, disc_average(function, everywhere, self._aperture_rad, angle_rad))
         end = angle_rad[-1]

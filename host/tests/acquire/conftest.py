@@ -11,9 +11,9 @@ import pytest
 for folder in ("link", "rawlog"):
     sys.path.insert(0, str(Path(__file__).resolve().parents[1] / folder))
 
-from fake_firmware import Connect, FakeFirmware
+from fake_firmware import Connect, FakeFirmware  # noqa: E402 - found by the path above
 
-from gonio.link.transport import Transport
+from gonio.link.transport import Transport  # noqa: E402 - stays beside it
 
 
 @pytest.fixture

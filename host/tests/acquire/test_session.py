@@ -18,7 +18,7 @@ def test_axis_in_counts() -> None:
     assert (message.axis, message.node, message.name) == (2, 3, "arm azimuth")
     assert message.min_counts == pytest.approx(-200 * PER_DEG)
     assert message.max_counts == pytest.approx(200 * PER_DEG)
-    assert message.home_offset_counts == round(-201 * PER_DEG)
+    assert message.home_offset_counts == round(REFERENCE.axes[2].homing.switch_deg * PER_DEG)
     assert message.homing_fast_counts_per_s == round(10 * PER_DEG)
     assert message.following_error_counts == round(0.5 * PER_DEG)
     assert 30 * PER_DEG < message.max_velocity_counts_per_s < 1.1 * 30 * PER_DEG
@@ -32,7 +32,7 @@ def test_axis_that_counts_backwards() -> None:
     assert message.min_counts == pytest.approx(-185 * PER_DEG)
     assert message.max_counts == pytest.approx(5 * PER_DEG)
     assert message.max_velocity_counts_per_s > 0
-    assert message.home_offset_counts == round(6 * PER_DEG)
+    assert message.home_offset_counts == round(-REFERENCE.axes[0].homing.switch_deg * PER_DEG)
 
 
 def test_zone_holds_in_counts_where_it_holds_in_degrees() -> None:
@@ -53,37 +53,54 @@ def test_every_setting_of_the_cycle_is_sent() -> None:
             assert getattr(message, field.name) == getattr(REFERENCE.cycle, field.name)
 
 
-def test_make_ready_in_order(connect: Connect) -> None:
-    fake, transport = connect()
-    fake.status.position_known_mask = 0
+def power_up(fake: FakeFirmware, request: pb.Request) -> pb.Reply | None:
+    """A script that changes the state as the firmware does."""
+    body = request.WhichOneof("body")
+    if body == "clear_fault":
+        fake.status.state = pb.STATE_UNCONFIGURED
+    elif body == "configure" and fake.status.state == pb.STATE_UNCONFIGURED:
+        fake.status.state = pb.STATE_CONFIGURED
+    elif body == "boot":
+        fake.status.state = pb.STATE_UNHOMED
+    elif body == "home":
+        fake.status.position_known_mask |= request.home.axis_mask
+        fake.status.state = pb.STATE_READY
+    return None
 
-    def answer(asked: FakeFirmware, request: pb.Request) -> pb.Reply | None:
-        if request.HasField("home"):
-            asked.status.position_known_mask |= request.home.axis_mask
-        return None
 
-    fake.on_request = answer
+CONFIGURATION = ["configure", *["configure_axis"] * 4, *["configure_zone"] * 2]
+
+
+@pytest.mark.parametrize(
+    ("state", "known", "expected"),
+    [
+        (pb.STATE_UNCONFIGURED, 0, [*CONFIGURATION, "boot", "home"]),
+        (pb.STATE_FAULT, 0, ["clear_fault", *CONFIGURATION, "boot", "home"]),
+        (pb.STATE_UNHOMED, 0b0011, [*CONFIGURATION, "home"]),
+        (pb.STATE_READY, 0b1111, CONFIGURATION),
+    ],
+)
+def test_make_ready_from_any_state(
+    connect: Connect, state: pb.InstrumentState, known: int, expected: list[str]
+) -> None:
+    fake, transport = connect(on_request=power_up)
+    fake.status.state = state
+    fake.status.position_known_mask = known
     with Client(transport) as client:
         Session(client, REFERENCE).make_ready()
-    bodies = [request.WhichOneof("body") for request in fake.requests]
-    assert bodies == ["configure", *["configure_axis"] * 4, *["configure_zone"] * 2, "boot", "home"]
-    assert fake.requests[-1].home.axis_mask == 0b1111
+    assert [request.WhichOneof("body") for request in fake.requests] == expected
+    if "home" in expected:
+        assert fake.requests[-1].home.axis_mask == 0b1111 & ~known
     assert fake.broken == []
 
 
-def test_fault_is_cleared_before_boot(connect: Connect) -> None:
-    fake, transport = connect()
-    fake.status.state = pb.STATE_FAULT
-
-    def answer(asked: FakeFirmware, request: pb.Request) -> pb.Reply | None:
-        if request.HasField("clear_fault"):
-            asked.status.state = pb.STATE_READY
-        return None
-
-    fake.on_request = answer
+def test_acquisition_of_an_earlier_session_is_ended(connect: Connect) -> None:
+    fake, transport = connect(on_request=power_up)
+    fake.status.acquiring = True
     with Client(transport) as client:
         Session(client, REFERENCE).make_ready()
-    assert "clear_fault" in [request.WhichOneof("body") for request in fake.requests]
+    assert fake.requests[0].WhichOneof("body") == "acquire"
+    assert not fake.requests[0].acquire.on
 
 
 def test_axis_set_by_hand_is_refused(connect: Connect) -> None:

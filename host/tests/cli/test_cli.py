@@ -1,4 +1,4 @@
-"""test_cli.py: errors in one line with the right status, what --help imports, and the commands that need no instrument."""
+"""test_cli.py: errors in one line with the right status, what --help imports, commands without an instrument."""
 
 import json
 import os

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from gonio.dataset.bsdf import Distribution
-from gonio.formats import nist_csv
+from gonio.formats import nist_csv, validate, window_xml
 from gonio.formats.klems import BASES
 from gonio.formats.patch_average import hemisphere_profile
+from gonio.reduce.pipeline import reduce_dataset
 from gonio.units.errors import UsageError
 
 TABLE = Path(__file__).parents[3] / "docs" / "examples" / "nist_ptfe" / "PTFE.data.csv"
@@ -58,6 +59,22 @@ def test_hemispherical_reflectance_is_physical(distributions: list[Distribution]
         rho = float(profile.patches().bsdf_per_sr @ basis.projected_solid_angle_sr)
         assert 0.965 < rho < 1.0, (d.channel, d.incident_theta_deg)
         assert 80 < profile.outermost_deg < 83
+
+
+def test_it_becomes_a_window_file(tmp_path: Path) -> None:
+    dataset = reduce_dataset(nist_csv.read(TABLE))
+    path = tmp_path / "ptfe.xml"
+    window_xml.write(dataset, path, channel="633 nm", front="interior", fill="nearest", assume_flat=True)
+    findings = validate.validate(path)
+    assert findings.exit_status == 0, findings.text()
+    content = window_xml.read(path)
+    # The front faces the interior: light that falls on it arrives from WINDOW's back.
+    rho = content.hemispherical("Visible", "Reflection", "Back")
+    assert rho.min() > 0.97
+    assert rho.max() < 1.0
+    assert not content.matrices["Visible", "Transmission", "Back"].any()
+    assert "Visible holds channel 633 nm" in content.text["Comments"]
+    assert "measured up to 81.9 degrees from the normal" in content.text["Comments"]
 
 
 def test_rounding_is_the_stated_variance(distributions: list[Distribution]) -> None:

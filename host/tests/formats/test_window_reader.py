@@ -175,7 +175,7 @@ def outcome(path: Path) -> str:
         return str(error)
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_mutated_bytes_give_an_error_or_findings(tmp_path: Path, small: bytes, data: st.DataObject) -> None:
     content = bytearray(small)
@@ -190,7 +190,7 @@ def test_mutated_bytes_give_an_error_or_findings(tmp_path: Path, small: bytes, d
     assert "\n" not in outcome(path)
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     old=st.sampled_from(
         [

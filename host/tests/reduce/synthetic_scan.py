@@ -1,4 +1,4 @@
-"""synthetic_scan.py: raw logs made in numpy from a closed-form truth: what the instrument would have recorded, no twin needed."""
+"""synthetic_scan.py: raw logs made in numpy from a closed-form truth: what the instrument would have recorded."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,7 +30,9 @@ def instrument_with_delays() -> Instrument:
     head, *channels = text.split("[[channel]]")
     for value in ("20.0", "45.0", "70.0", "10.0"):
         head = head.replace("latch_delay_us = 0.0 ", f"latch_delay_us = {value} ", 1)
-    delayed = [c.replace("delay_us = 0.0", f"delay_us = {v}", 1) for c, v in zip(channels, ("180.0", "60.0"), strict=True)]
+    delayed = [
+        c.replace("delay_us = 0.0", f"delay_us = {v}", 1) for c, v in zip(channels, ("180.0", "60.0"), strict=True)
+    ]
     return parse_instrument("[[channel]]".join([head, *delayed]), "synthetic")
 
 
@@ -90,7 +92,9 @@ class Scan:
         self._shutter(on=True)
         self.now_s += 0.2
 
-    def fly(self, kind: str, name: str, q_deg: FloatArray, incident: tuple[float, float] | None, a_deg_s2: float) -> None:
+    def fly(
+        self, kind: str, name: str, q_deg: FloatArray, incident: tuple[float, float] | None, a_deg_s2: float
+    ) -> None:
         """Move to the first of the readings (n, 4) and follow them at 30 degrees/s, slower where they bend."""
         start = np.concatenate((self.at[None], q_deg[:1]))
         self._leg(CubicSpline([self.now_s, self.now_s + 2.0], start, bc_type="clamped"), 2.0)
@@ -181,7 +185,7 @@ class Scan:
         rng = np.random.default_rng(self.seed)
         count = int((self.now_s + 0.1) * 1000)
         time_ns = np.arange(count, dtype=np.int64) * 1_000_017
-        t_s = time_ns * 1e-9
+        t_s = time_ns.astype(np.float64) * 1e-9
         channels = {c.name: c for c in self.instrument.channels}
         samples = np.zeros(count, dtype=SAMPLE_DTYPE)
         shot = rng.standard_normal(count)
@@ -200,7 +204,7 @@ class Scan:
         metadata = {
             "paths": self.paths,
             "unreachable": [],
-            "instrument_text": self.instrument.text,
+            "instrument": self.instrument.text,
             "sample": {"name": "synthetic", "front_faces": "exterior", "symmetry": "isotropic", "thickness_mm": 1.0},
             "beam": {"kind": "focused", "diameter_mm": 10.0, "divergence_deg": 1.0},
         }
@@ -230,7 +234,5 @@ class Scan:
         poses["valid"] = 0b1111
         for number, axis in enumerate(self.instrument.axes):
             latched_s = relative_ns * 1e-9 + 1e-6 * axis.latch_delay_us
-            poses["position_counts"][:, number] = np.rint(
-                self.readings_deg(latched_s)[:, number] * axis.counts_per_deg
-            )
+            poses["position_counts"][:, number] = np.rint(self.readings_deg(latched_s)[:, number] * axis.counts_per_deg)
         return poses

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from gonio.geometry.directions import tangent_frame, unit_from_angles_deg
 from gonio.simulate.closed_form import Truth
@@ -30,7 +31,7 @@ def test_a_top_hat_lowers_a_peak_as_the_conventions_say(
     )
     top = unit_from_angles_deg([30.0], [180.0])
     kept = t.dsf_per_sr(30.0, 0.0, top) / t.dsf_per_sr(30.0, 0.0, top, convolved=False)
-    assert 100.0 * (1.0 - kept[0] / (1.0 - 0.0136)) == pytest.approx(lowered_percent, rel=0.02, abs=0.1)
+    assert 100.0 * (1.0 - kept[0] / (1.0 - 0.0136)) == pytest.approx(lowered_percent, rel=0.03, abs=0.1)
 
 
 def test_convolution_against_brute_force(tmp_path: Path) -> None:
@@ -43,13 +44,13 @@ def test_convolution_against_brute_force(tmp_path: Path) -> None:
     rng = np.random.default_rng(4)
     n = 200_000
 
-    def disc(radius_rad: float, profile_edge: float) -> np.ndarray:
+    def disc(radius_rad: float, profile_edge: float) -> NDArray[np.float64]:
         reach = radius_rad + 0.5 * profile_edge
         xy = rng.uniform(-reach, reach, (8 * n, 2))
         r = np.hypot(xy[:, 0], xy[:, 1])
         ramp = np.clip((radius_rad - r) / profile_edge + 0.5, 0, 1) if profile_edge else (r <= radius_rad)
         keep = rng.random(8 * n) < 0.5 * (1 - np.cos(np.pi * np.asarray(ramp, dtype=float)))
-        return xy[keep][:n]
+        return np.asarray(xy[keep][:n])
 
     for theta, phi in [(30.0, 180.0), (31.5, 181.0), (89.8, 20.0), (90.3, 20.0)]:
         centre = unit_from_angles_deg(theta, phi)
@@ -70,17 +71,16 @@ def test_convolution_keeps_the_energy(tmp_path: Path, kind: str) -> None:
         "lambertian": '{kind="lambertian", transmittance=0.4}',
     }
     t = truth(tmp_path, parts[kind], edge_deg=0.3)
-    node, weight = np.polynomial.legendre.leggauss(4000)
     reach = np.pi if kind == "lambertian" else np.radians(25.0)
-    angle = 0.5 * reach * (node + 1.0)
+    angle = reach * (np.arange(50_000) + 0.5) / 50_000
     ring = t.dsf_per_sr(0.0, 0.0, unit_from_angles_deg(180.0 - np.degrees(angle), 0.0))
-    assert np.sum(0.5 * reach * weight * 2.0 * np.pi * np.sin(angle) * ring) == pytest.approx(0.4, rel=1e-4)
+    assert np.sum(reach / 50_000 * 2.0 * np.pi * np.sin(angle) * ring) == pytest.approx(0.4, rel=1e-4)
     assert t.integrals(0.0, 0.0) == {"rho": pytest.approx(0.0, abs=1e-9), "tau": pytest.approx(0.4, rel=1e-9)}
 
 
 def test_beam_has_unit_integral(tmp_path: Path) -> None:
     t = truth(tmp_path, '{kind="lambertian", reflectance=1.0}')
-    angle_deg = (np.arange(20_000) + 0.5) * 1e-4
+    angle_deg = np.linspace(0.5e-4, 2.0 - 0.5e-4, 20_000)
     ring = 2.0 * np.pi * np.sin(np.radians(angle_deg)) * np.radians(1e-4)
     assert np.sum(ring * t.beam_per_sr(angle_deg)) == pytest.approx(1.0, rel=3e-4)
 

@@ -20,7 +20,7 @@ def test_reference_instrument() -> None:
         assert axis.counts_per_deg * 360.0 == axis.counts_per_turn == 400_000
         assert axis.counts_per_deg_ratio == Fraction(10_000, 9)
     assert [axis.carries for axis in instrument.axes] == ["sample", "sample", "detector", "detector"]
-    assert instrument.axes[3].homing.switch_deg == -86.0
+    assert instrument.axes[3].homing.switch_deg == -85.0
     assert instrument.zones[0].half_spaces[1].b == -78.0
     assert [channel.gain for channel in instrument.channels] == [1000.0, 1.0]
 

@@ -87,15 +87,20 @@ public:
     std::uint32_t write(std::uint16_t index, std::uint8_t subindex, std::int64_t value, unsigned size,
                         std::uint8_t node = 1) {
         std::vector<std::uint8_t> request{static_cast<std::uint8_t>(0x23U | (4U - size) << 2U),
-                                          static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8U),
-                                          subindex, 0, 0, 0, 0};
+                                          static_cast<std::uint8_t>(index),
+                                          static_cast<std::uint8_t>(index >> 8U),
+                                          subindex,
+                                          0,
+                                          0,
+                                          0,
+                                          0};
         value_to_bytes(value, &request[4], size);
         return abort_of(exchange(request, node));
     }
     std::vector<std::uint8_t> upload(std::uint16_t index, std::uint8_t subindex, std::uint8_t node = 1) {
-        return exchange({0x40, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8U), subindex, 0, 0,
-                         0, 0},
-                        node);
+        return exchange(
+            {0x40, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8U), subindex, 0, 0, 0, 0},
+            node);
     }
     std::uint32_t read_abort(std::uint16_t index, std::uint8_t subindex, std::uint8_t node = 1) {
         return abort_of(upload(index, subindex, node));
@@ -110,14 +115,18 @@ public:
 
     // The cycle of the firmware: RPDO 1 = controlword + target, TPDO 1 = statusword + position, both at every SYNC.
     void map_cycle(std::uint8_t node = 1) {
-        const std::array<std::uint32_t, 8> codes{
-            write(0x1400, 1, 0x80000200 + node, 4, node), write(0x1600, 0, 0, 1, node),
-            write(0x1600, 1, 0x60400010, 4, node),        write(0x1600, 2, 0x607A0020, 4, node),
-            write(0x1600, 0, 2, 1, node),                 write(0x1400, 2, 1, 1, node),
-            write(0x1400, 1, 0x200 + node, 4, node),      write(0x1800, 1, 0xC0000180 + node, 4, node)};
+        const std::array<std::uint32_t, 8> codes{write(0x1400, 1, 0x80000200 + node, 4, node),
+                                                 write(0x1600, 0, 0, 1, node),
+                                                 write(0x1600, 1, 0x60400010, 4, node),
+                                                 write(0x1600, 2, 0x607A0020, 4, node),
+                                                 write(0x1600, 0, 2, 1, node),
+                                                 write(0x1400, 2, 1, 1, node),
+                                                 write(0x1400, 1, 0x200 + node, 4, node),
+                                                 write(0x1800, 1, 0xC0000180 + node, 4, node)};
         const std::array<std::uint32_t, 6> more{
-            write(0x1A00, 0, 0, 1, node), write(0x1A00, 1, 0x60410010, 4, node), write(0x1A00, 2, 0x60640020, 4, node),
-            write(0x1A00, 0, 2, 1, node), write(0x1800, 2, 1, 1, node),          write(0x1800, 1, 0x40000180 + node, 4, node)};
+            write(0x1A00, 0, 0, 1, node),          write(0x1A00, 1, 0x60410010, 4, node),
+            write(0x1A00, 2, 0x60640020, 4, node), write(0x1A00, 0, 2, 1, node),
+            write(0x1800, 2, 1, 1, node),          write(0x1800, 1, 0x40000180 + node, 4, node)};
         for (const std::uint32_t code : codes) {
             if (code != 0) {
                 throw std::runtime_error("the drive refuses the cycle's RPDO");
@@ -185,6 +194,8 @@ private:
 };
 
 // Statusword without the mode's own bits.
-inline std::uint16_t state_bits(std::uint16_t statusword) { return statusword & 0x6FU; }
+inline std::uint16_t state_bits(std::uint16_t statusword) {
+    return statusword & 0x6FU;
+}
 
 } // namespace gonio::sim

@@ -8,7 +8,7 @@ namespace gonio::sim {
 namespace {
 
 // The standard's rules, bit by bit, as slowly as they are written.
-unsigned bits_by_the_book(const gn_can_frame &frame) {
+std::int64_t bits_by_the_book(const gn_can_frame &frame) {
     std::vector<int> bits{0};
     for (int k = 10; k >= 0; --k) {
         bits.push_back(static_cast<int>(frame.id >> k & 1U));
@@ -31,7 +31,7 @@ unsigned bits_by_the_book(const gn_can_frame &frame) {
     for (int k = 14; k >= 0; --k) {
         bits.push_back(static_cast<int>(crc >> k & 1U));
     }
-    unsigned total = 0;
+    std::int64_t total = 0;
     int last = -1;
     int run = 0;
     for (const int bit : bits) {
@@ -60,7 +60,8 @@ TEST(Can_bits, agree_with_the_standard_bit_by_bit) {
             frame.data[byte] = (random >> 30U) == 0 ? static_cast<std::uint8_t>(random >> 16U)
                                                     : ((random >> 29U & 1U) != 0 ? 0xFF : 0x00);
         }
-        ASSERT_EQ(can_frame_bits(frame), bits_by_the_book(frame)) << "id " << frame.id << " length " << +frame.length;
+        ASSERT_EQ(static_cast<std::int64_t>(can_frame_bits(frame)), bits_by_the_book(frame))
+            << "id " << frame.id << " length " << +frame.length;
     }
 }
 
@@ -87,7 +88,7 @@ TEST(Can_bus, the_lowest_identifier_goes_first_and_frames_follow_after_the_inter
 
     std::int64_t expected_ns = 0;
     for (const gn_can_frame &frame : b.frames) {
-        expected_ns += 1000 * static_cast<std::int64_t>(bits_by_the_book(frame));
+        expected_ns += 1000 * bits_by_the_book(frame);
         EXPECT_EQ(frame.stamp_ns, expected_ns);
         expected_ns += 3000;
     }
@@ -105,7 +106,7 @@ TEST(Can_bus, a_frame_on_the_wire_is_not_interrupted) {
     }
     ASSERT_EQ(recorder.frames.size(), 2U);
     EXPECT_EQ(recorder.frames[0].id, 0x700U);
-    EXPECT_EQ(recorder.frames[0].stamp_ns, 2000 * static_cast<std::int64_t>(bits_by_the_book(recorder.frames[0])));
+    EXPECT_EQ(recorder.frames[0].stamp_ns, 2000 * bits_by_the_book(recorder.frames[0]));
 }
 
 TEST(Can_bus, a_lost_frame_takes_its_time_and_reaches_nobody_and_a_delayed_one_comes_later) {
@@ -117,9 +118,7 @@ TEST(Can_bus, a_lost_frame_takes_its_time_and_reaches_nobody_and_a_delayed_one_c
     bus.set_judge([&](const gn_can_frame &frame, std::int64_t, std::int64_t &delay_ns) {
         ++judged;
         delay_ns = 700'000;
-        return frame.id == 0x100   ? Frame_fate::lose
-               : frame.id == 0x110 ? Frame_fate::delay
-                                   : Frame_fate::deliver;
+        return frame.id == 0x100 ? Frame_fate::lose : frame.id == 0x110 ? Frame_fate::delay : Frame_fate::deliver;
     });
     for (const std::uint32_t id : {0x100U, 0x110U, 0x120U}) {
         bus.send(node, make_frame(id, {}));

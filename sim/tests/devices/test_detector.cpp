@@ -1,4 +1,5 @@
-// test_detector.cpp: gains, saturation, dark, and noise of the stated size that depends on seed and sample number alone.
+// test_detector.cpp: gains, saturation, dark, and noise of the stated size that depends on seed and sample number
+// alone.
 #include <cmath>
 
 #include <gtest/gtest.h>

@@ -26,7 +26,10 @@ struct Bench {
                   value.temperature_centi_c = -5;
                   return value;
               },
-              [this](bool rising) { edges.push_back({rising, scheduler.now_ns()}); }, [this] { ++ready; }) {}
+              [this](bool rising) {
+                  edges.push_back({rising, scheduler.now_ns()});
+              },
+              [this] { ++ready; }) {}
 
     void run_until(std::int64_t time_ns) {
         while (scheduler.run_one(time_ns)) {

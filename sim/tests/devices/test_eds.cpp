@@ -56,7 +56,7 @@ TEST(Eds, entries_have_the_types_rights_and_limits_of_the_file) {
     EXPECT_EQ(dictionary.find(0x607D, 3), nullptr);
     EXPECT_TRUE(dictionary.has_index(0x607D));
     EXPECT_FALSE(dictionary.has_index(0x6079));
-    EXPECT_THROW(dictionary.at(0x6079), std::runtime_error);
+    EXPECT_THROW((void)dictionary.at(0x6079), std::runtime_error);
 
     dictionary.at(0x6083).value = 1;
     dictionary.at(0x1017).value = 1;

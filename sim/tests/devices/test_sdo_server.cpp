@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "bench.hpp"
+#include "sdo_server.hpp"
 
 namespace gonio::sim {
 namespace {

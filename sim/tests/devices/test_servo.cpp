@@ -145,12 +145,31 @@ TEST(Interpolator, reaches_the_target_after_one_period_and_waits_there) {
     Interpolator interpolator;
     interpolator.hold(100.0);
     interpolator.take(1'000'000, 300.0, 2'000'000);
-    EXPECT_EQ(interpolator.at(1'000'000), 100.0);
-    EXPECT_EQ(interpolator.at(2'500'000), 250.0);
+    EXPECT_EQ(interpolator.at(1'250'000), 100.0); // an eighth of the period later
+    EXPECT_EQ(interpolator.at(2'750'000), 250.0);
     EXPECT_EQ(interpolator.at(9'000'000), 300.0);
-    interpolator.take(2'000'000, 0.0, 2'000'000); // early: from where the set-point is
-    EXPECT_EQ(interpolator.at(2'000'000), 200.0);
-    EXPECT_EQ(interpolator.at(3'000'000), 100.0);
+    interpolator.take(9'000'000, 0.0, 2'000'000); // long after: a new grid
+    EXPECT_EQ(interpolator.at(9'250'000), 300.0);
+    EXPECT_EQ(interpolator.at(10'250'000), 150.0);
+}
+
+TEST(Interpolator, sync_jitter_does_not_become_velocity) {
+    Interpolator interpolator;
+    interpolator.hold(0.0);
+    std::uint32_t random = 7;
+    double before = 0.0;
+    for (std::int64_t k = 0; k < 500; ++k) {
+        random = random * 1664525U + 1013904223U;
+        const std::int64_t jitter_ns = static_cast<std::int64_t>(random >> 12U) % 120'000;
+        interpolator.take(2'000'000 * k + jitter_ns, 60.0 * static_cast<double>(k + 1), 2'000'000);
+        for (std::int64_t part = 1; part <= 4; ++part) { // 15 counts in each quarter of a period
+            const double now = interpolator.at(2'000'000 * k + 120'000 + 500'000 * (part - 1));
+            if (k > 100) {
+                EXPECT_NEAR(now - before, 15.0, 1.0);
+            }
+            before = now;
+        }
+    }
 }
 
 TEST(Profile_position, set_points_are_taken_acknowledged_and_queued) {
@@ -170,8 +189,8 @@ TEST(Profile_position, set_points_are_taken_acknowledged_and_queued) {
     run(20);
     profile.command(true, false, 3000.0); // while moving: afterwards
     profile.command(false, false, 3000.0);
-    EXPECT_TRUE(profile.acknowledged());   // the buffer is full
-    profile.command(true, true, 9000.0);   // and takes no more
+    EXPECT_TRUE(profile.acknowledged()); // the buffer is full
+    profile.command(true, true, 9000.0); // and takes no more
     run(2000);
     EXPECT_EQ(ramp.position_counts(), 3000.0);
     EXPECT_TRUE(profile.reached());

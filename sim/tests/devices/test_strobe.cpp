@@ -9,7 +9,8 @@ namespace gonio::sim {
 namespace {
 
 struct Line {
-    explicit Line(double latency_us) : strobe(scheduler, 7, latency_us, [this](const gn_edge &e) { edges.push_back(e); }) {}
+    explicit Line(double latency_us)
+        : strobe(scheduler, 7, latency_us, [this](const gn_edge &e) { edges.push_back(e); }) {}
     // A pulse of 2.5 ms every 10 ms.
     void pulses(int count) {
         for (int i = 0; i < count; ++i) {

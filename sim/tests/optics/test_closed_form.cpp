@@ -22,8 +22,9 @@ struct Instrument {
     double aperture_rad;
 };
 
-// Average of f over the aperture's disc and the beam's profile by the midpoint rule on both, four nested sums with no symmetry used:
-// each direction of the beam shifts the lobe's axis, each point of the aperture the place of the reading.
+// Average of f over the aperture's disc and the beam's profile by the midpoint rule on both, four nested sums with no
+// symmetry used: each direction of the beam shifts the lobe's axis, each point of the aperture the place of the
+// reading.
 double brute_force(const Zonal &f, const Instrument &instrument, double gamma, int n) {
     int const beam_radii = 15 * n;
     int const sectors = 20; // periodic, so a few are exact
@@ -63,7 +64,8 @@ double reference(const Zonal &f, const Instrument &instrument, double gamma) {
     return fine + (fine - coarse) / 3.0;
 }
 
-double sphere_integral(const Optics &optics, const Vec3 &incident, bool mounted, double about_theta, double radius_deg) {
+double sphere_integral(const Optics &optics, const Vec3 &incident, bool mounted, double about_theta,
+                       double radius_deg) {
     // In rings about a direction with phi = 180; the midpoint rule in theta and phi.
     int const rings = 1600;
     int const sectors = 180;
@@ -97,10 +99,10 @@ TEST(ClosedForm, LobeEqualsBruteForce) {
                                      instrument.aperture_rad);
             for (double const offset : {0.0, 0.7, 1.9, 3.5}) {
                 double const gamma = offset * sigma;
-                double const expected =
-                    reference([&](double g) { return peak * std::exp(-0.5 * g * g / (sigma * sigma)); }, instrument, gamma);
-                double const got = optics.apparent_dsf_per_sr(
-                    {direction(30.0, 0.0), direction(30.0 + gamma / deg, 180.0), true});
+                double const expected = reference(
+                    [&](double g) { return peak * std::exp(-0.5 * g * g / (sigma * sigma)); }, instrument, gamma);
+                double const got =
+                    optics.apparent_dsf_per_sr({direction(30.0, 0.0), direction(30.0 + gamma / deg, 180.0), true});
                 EXPECT_NEAR(got / expected, 1.0, 1e-5) << "sigma " << sigma_deg << " at " << offset << " sigma";
             }
         }
@@ -111,7 +113,8 @@ TEST(ClosedForm, LambertianNearTheHorizonEqualsBruteForce) {
     Closed_form const optics({{{0.5, 0.0}}, {}, {}}, collimated.beam, collimated.aperture_rad);
     // 2e-7 (0.16 at the normal) is what the midpoint sum resolves at the cosine's kink.
     for (double const theta : {0.0, 40.0, 87.5, 89.0, 89.9, 90.7}) {
-        double const expected = reference([](double g) { return 0.5 / pi * std::max(0.0, std::cos(g)); }, collimated, theta * deg);
+        double const expected =
+            reference([](double g) { return 0.5 / pi * std::max(0.0, std::cos(g)); }, collimated, theta * deg);
         double const got = optics.apparent_dsf_per_sr({direction(20.0, 0.0), direction(theta, 75.0), true});
         EXPECT_NEAR(got, expected, 1e-5 * expected + 2e-7) << theta;
     }
@@ -126,7 +129,8 @@ TEST(ClosedForm, FreeBeamHasUnitIntegral) {
     }
 }
 
-// Where the aperture lies wholly within the top hat the profile is 1 / (solid angle of the beam), whatever the aperture.
+// Where the aperture lies wholly within the top hat the profile is 1 / (solid angle of the beam), whatever the
+// aperture.
 TEST(ClosedForm, FreeBeamsPlateauIsTheInverseSolidAngle) {
     Beam_profile const sharp{3.0 * deg, 0.0};
     Beam_kernel const kernel(sharp, 0.28 * deg);
@@ -151,19 +155,22 @@ TEST(ClosedForm, LobesStandInTheirDirections) {
         double theta;
         double phi;
     };
-    for (const Case &c : {Case{Lobe_axis::mirror, 40.0, 250.0}, Case{Lobe_axis::retro, 40.0, 70.0}, Case{Lobe_axis::through, 140.0, 250.0}}) {
+    for (const Case &c : {Case{Lobe_axis::mirror, 40.0, 250.0}, Case{Lobe_axis::retro, 40.0, 70.0},
+                          Case{Lobe_axis::through, 140.0, 250.0}}) {
         Closed_form const optics({{}, {{c.about, 1.2, 0.2}}, {}}, focused.beam, focused.aperture_rad);
         Vec3 const incident = direction(40.0, 70.0);
         double const top = optics.apparent_dsf_per_sr({incident, direction(c.theta, c.phi), true});
         EXPECT_GT(top, 60.0);
         EXPECT_LT(optics.apparent_dsf_per_sr({incident, direction(c.theta + 0.1, c.phi), true}), top);
         EXPECT_LT(optics.apparent_dsf_per_sr({incident, direction(c.theta, c.phi - 0.2), true}), top);
-        EXPECT_NEAR(sphere_integral(optics, direction(40.0, 0.0), true, c.about == Lobe_axis::retro ? -40.0 : c.theta, 15.0), 0.2, 2e-5);
+        EXPECT_NEAR(
+            sphere_integral(optics, direction(40.0, 0.0), true, c.about == Lobe_axis::retro ? -40.0 : c.theta, 15.0),
+            0.2, 2e-5);
     }
 }
 
-// CONVENTIONS.md: a top hat of 0.56 / 1.0 / 1.5 / 3.0 degrees lowers a peak of sigma 1.2 degrees by 1.4 / 4.2 / 9.2 / 31 %;
-// the beam alone, with a vanishing aperture.
+// CONVENTIONS.md: a top hat of 0.56 / 1.0 / 1.5 / 3.0 degrees lowers a peak of sigma 1.2 degrees by 1.4 / 4.2 / 9.2 /
+// 31 %; the beam alone, with a vanishing aperture.
 TEST(ClosedForm, TopHatLowersThePeakAsTheConventionsSay) {
     struct Case {
         double width_deg;

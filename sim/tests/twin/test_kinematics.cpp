@@ -17,13 +17,17 @@ struct Pose {
     double outgoing_theta, outgoing_phi;
 };
 
-double theta_deg(const Vec3 &v) { return std::atan2(std::hypot(v[0], v[1]), v[2]) / deg; }
+double theta_deg(const Vec3 &v) {
+    return std::atan2(std::hypot(v[0], v[1]), v[2]) / deg;
+}
 
 double turn_deg(const Vec3 &v, double phi_deg) {
     return std::remainder(std::atan2(v[1], v[0]) / deg - phi_deg, 360.0);
 }
 
-Instrument reference() { return load_instrument(GONIO_SOURCE_DIR "/protocol/axes.toml"); }
+Instrument reference() {
+    return load_instrument(GONIO_SOURCE_DIR "/protocol/axes.toml");
+}
 
 } // namespace
 
@@ -54,7 +58,8 @@ TEST(Kinematics, AngleBetweenSourceAndDetectorIsTheArms) {
     for (double q1 = -5; q1 < 185; q1 += 23) {
         for (double q3 = -190; q3 < 200; q3 += 37) {
             Directions const d = kinematics.directions({q1, 2 * q1, q3, q3 / 3});
-            double const dot = d.incident[0] * d.outgoing[0] + d.incident[1] * d.outgoing[1] + d.incident[2] * d.outgoing[2];
+            double const dot =
+                d.incident[0] * d.outgoing[0] + d.incident[1] * d.outgoing[1] + d.incident[2] * d.outgoing[2];
             EXPECT_NEAR(dot, std::cos(q3 * deg) * std::cos(q3 / 3 * deg), 1e-12);
         }
     }

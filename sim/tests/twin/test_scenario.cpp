@@ -1,4 +1,5 @@
-// test_scenario.cpp: every scenario of the repository loads; a wrong one is refused in one line that names key and file.
+// test_scenario.cpp: every scenario of the repository loads; a wrong one is refused in one line that names key and
+// file.
 #include <filesystem>
 #include <fstream>
 
@@ -58,7 +59,8 @@ TEST(Scenario, ImpossibleValuesAreRefused) {
           "[sample]\ncomponents = [{ kind = \"gaussian\", about = \"up\", sigma_deg = 1 }]",
           "[sample]\ncomponents = [{ kind = \"gaussian\", about = \"mirror\" }]", "[drives]\nlatch_delay_us = [1, 2]",
           "[drives]\npersonality = [\"full\", \"full\", \"odd\", \"full\"]", "[[fault]]\nkind = \"earthquake\"",
-          "[[fault]]\nkind = \"emcy\"\naxis = 4", "[timing]\nsync_jitter_us = -1", "seed = ", "instrument = \"nowhere.toml\""}) {
+          "[[fault]]\nkind = \"emcy\"\naxis = 4", "[timing]\nsync_jitter_us = -1",
+          "seed = ", "instrument = \"nowhere.toml\""}) {
         std::string const said = refusal(text);
         EXPECT_NE(said.find(".toml"), std::string::npos) << text;
         EXPECT_EQ(said.find('\n'), std::string::npos) << said;

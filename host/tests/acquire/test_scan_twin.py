@@ -1,0 +1,250 @@
+"""test_scan_twin.py: gonio scan against the twin when something happens to it: stops, kills, faults, resumes."""
+
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from twin_runs import (
+    SCENARIOS,
+    flying,
+    journal,
+    path_ends,
+    run,
+    start,
+    twin_of,
+    wait_for_end,
+    watch,
+    write_inputs,
+)
+
+from gonio.acquire.resume import measured
+from gonio.protocol.generated import gonio_pb2 as pb
+from gonio.rawlog.reader import RawLog, read_rawlog
+from gonio.rawlog.segment_reader import read_segment
+from gonio.rawlog.segments import existing_segments
+from gonio.units.instrument import load_instrument
+
+pytestmark = pytest.mark.twin
+REFERENCE = load_instrument(None)
+EXPIRY_S = REFERENCE.cycle.expiry_ms * 1e-3
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The whole scan, undisturbed."""
+    folder = tmp_path_factory.mktemp("unbroken")
+    plan, device = write_inputs(folder)
+    status, out, err = run(folder, "scan", plan, "-o", folder / "raw.mcap", "--device", device)
+    assert (status, err) == (0, "")
+    assert out.strip() == str(folder / "raw.mcap")
+    return folder / "raw.mcap"
+
+
+def measured_positions(log: RawLog) -> np.ndarray:
+    """Axis counts (n, 4) of all poses while a measuring path was under way."""
+    moves = {path["path_id"] for path in log.metadata["paths"] if path["kind"] == "move"}
+    parts = []
+    for index in range(len(log.segments)):
+        poses = log.poses[log.pose_segment == index]
+        begun: int | None = None
+        for event, segment in zip(log.events, log.event_segment, strict=True):
+            if segment != index or not event.HasField("path") or event.path.path_id in moves:
+                continue
+            if event.path.end == pb.PATH_RUNNING:
+                begun = event.time_ns
+            elif begun is not None:
+                inside = (poses["sync_time_ns"] >= begun) & (poses["sync_time_ns"] <= event.time_ns)
+                parts.append(poses["position_counts"][inside])
+                begun = None
+        if begun is not None:
+            parts.append(poses["position_counts"][poses["sync_time_ns"] >= begun])
+    return np.concatenate(parts)
+
+
+def assert_same_directions(joined: RawLog, whole: RawLog) -> None:
+    """Every position of the unbroken scan has one of the joined scan beside it, within the way of one SYNC at the axes'
+    speed limit."""
+    tolerance_counts = 30.0 * REFERENCE.cycle.sync_period_us * 1e-6 * REFERENCE.axes[0].counts_per_deg
+    distance, _ = cKDTree(measured_positions(joined)).query(measured_positions(whole))
+    assert distance.max() <= tolerance_counts
+
+
+def resume(folder: Path, plan: Path, device: str, log: Path) -> RawLog:
+    status, _, err = run(folder, "scan", plan, "-o", log, "--device", device, "--resume")
+    assert (status, err) == (0, "")
+    return read_rawlog(existing_segments(log))
+
+
+def test_unbroken_scan_is_whole(unbroken: Path) -> None:
+    log = read_rawlog([unbroken])
+    assert log.problem is None
+    assert log.segments[0].link_gap_frames == 0
+    kinds = {path["path_id"]: path["kind"] for path in log.metadata["paths"]}
+    assert measured(log.segments[0]).done == set(kinds)
+    assert set(kinds.values()) == {"move", "reference", "coarse", "peak"}
+    assert np.all(np.diff(log.sample_number.astype(np.int64)) == 1)
+    assert np.all(np.diff(log.poses["sync_number"].astype(np.int64)) == 1)
+
+
+def test_nothing_is_left_to_resume(unbroken: Path) -> None:
+    folder = unbroken.parent
+    arguments = ("scan", folder / "plan.toml", "-o", unbroken, "--device", f"twin:{folder / 'scenario.toml'}")
+    status, _, err = run(folder, *arguments, "--resume")
+    assert status == 2
+    assert "complete" in err
+    status, _, err = run(folder, *arguments)
+    assert status == 2
+    assert "never overwritten" in err
+    assert existing_segments(unbroken) == [unbroken]
+
+
+def test_same_seed_gives_the_same_bytes(unbroken: Path, tmp_path: Path) -> None:
+    """Every sample and pose frame, byte for byte, however the two runs were scheduled."""
+    plan, device = write_inputs(tmp_path)
+    assert run(tmp_path, "scan", plan, "-o", tmp_path / "raw.mcap", "--device", device)[0] == 0
+    first, second = read_segment(unbroken), read_segment(tmp_path / "raw.mcap")
+    assert [bytes(p) for p in first.sample_payloads] == [bytes(p) for p in second.sample_payloads]
+    assert [bytes(p) for p in first.pose_payloads] == [bytes(p) for p in second.pose_payloads]
+    assert first.events == second.events
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signal_stops_on_the_path_and_resume_goes_on(unbroken: Path, tmp_path: Path, number: signal.Signals) -> None:
+    plan, device = write_inputs(tmp_path)
+    log, end = tmp_path / "raw.mcap", tmp_path / "journal.json"
+    process = start(tmp_path, "scan", plan, "-o", log, "--device", device, "--twin-journal", end)
+    watch(process, log, flying("coarse", 2.0))
+    process.send_signal(number)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert err.count("\n") == 1
+    assert "--resume" in err
+    segment = read_segment(log)
+    assert segment.complete
+    assert path_ends(segment)[-1] == pb.PATH_STOPPED
+    assert journal(end)["at_rest"]
+    assert not journal(end)["shutter_open"]
+    assert measured(segment).partial is not None
+    joined = resume(tmp_path, plan, device, log)
+    assert [part.metadata["parent"] for part in joined.segments] == [None, "raw.mcap"]
+    assert_same_directions(joined, read_rawlog([unbroken]))
+
+
+def test_killed_host(unbroken: Path, tmp_path: Path) -> None:
+    """SIGKILL: the firmware stops the arm and closes the shutter within its expiry; all blocks are readable."""
+    plan, device = write_inputs(tmp_path)
+    log, end = tmp_path / "raw.mcap", tmp_path / "journal.json"
+    process = start(tmp_path, "scan", plan, "-o", log, "--device", device, "--twin-journal", end)
+    watch(process, log, flying("coarse", 3.0))
+    twin = twin_of(process)
+    process.kill()
+    process.communicate()
+    wait_for_end(twin)
+    account = journal(end)
+    assert account["at_rest"]
+    assert not account["shutter_open"]
+    lost = account["host_lost"]
+    assert lost["standstill_after_s"] <= EXPIRY_S + 2.5  # the feed hold takes what the path's accelerations need
+    assert lost["dark_after_s"] <= lost["standstill_after_s"] + 0.5
+    segment = read_segment(log)
+    assert not segment.complete
+    assert not segment.damaged
+    assert len(segment.sample_payloads) > 10
+    joined = resume(tmp_path, plan, device, log)
+    assert joined.problem is None
+    assert_same_directions(joined, read_rawlog([unbroken]))
+
+
+def test_stop_from_another_process(tmp_path: Path) -> None:
+    plan, device = write_inputs(tmp_path)
+    log = tmp_path / "raw.mcap"
+    process = start(tmp_path, "scan", plan, "-o", log, "--device", device)
+    watch(process, log, flying("reference", 0.5))
+    status, out, err = run(tmp_path, "stop")
+    assert (status, err) == (0, "")
+    assert str(process.pid) in out
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert "gonio stop" in err
+    assert path_ends(read_segment(log))[-1] == pb.PATH_STOPPED
+
+
+def test_resumed_twice(unbroken: Path, tmp_path: Path) -> None:
+    plan, device = write_inputs(tmp_path)
+    log = tmp_path / "raw.mcap"
+    arguments = ["scan", plan, "-o", log, "--device", device]
+    for number, (kind, extra) in enumerate((("reference", []), ("coarse", ["--resume"])), 1):
+        process = start(tmp_path, *arguments, *extra)
+        watch(process, log if number == 1 else tmp_path / "raw.2.mcap", flying(kind, 1.0))
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=120)
+        assert process.returncode == 130
+    joined = resume(tmp_path, plan, device, log)
+    assert len(joined.segments) == 3
+    assert_same_directions(joined, read_rawlog([unbroken]))
+
+
+def test_resume_with_another_plan_is_refused(unbroken: Path, tmp_path: Path) -> None:
+    plan, device = write_inputs(tmp_path)
+    plan.write_text(plan.read_text().replace("pitch_deg = 12.0", "pitch_deg = 10.0"))
+    status, _, err = run(tmp_path, "scan", plan, "-o", unbroken, "--device", device, "--resume")
+    assert status == 2
+    assert "another plan" in err
+
+
+@pytest.mark.parametrize(
+    ("scenario", "words"),
+    [
+        ("fault_node_missing", ["node 3"]),
+        ("fault_node_silent", ["node 3", "heartbeat"]),
+        ("fault_emcy", ["node 2", "0x4310", "commanded", "measured"]),
+        ("fault_blocked", ["node 3", "following error", "commanded", "measured"]),
+        ("fault_sto", ["STO"]),
+        ("fault_door", ["door"]),
+        ("fault_emergency_stop", ["emergency stop"]),
+    ],
+)
+def test_fault_is_status_3_and_one_sentence(tmp_path: Path, scenario: str, words: list[str]) -> None:
+    plan, _ = write_inputs(tmp_path)
+    log, end = tmp_path / "raw.mcap", tmp_path / "journal.json"
+    device = f"twin:{SCENARIOS / scenario}.toml"
+    status, _, err = run(tmp_path, "scan", plan, "-o", log, "--device", device, "--twin-journal", end)
+    assert status == 3, err
+    assert err.count("\n") == 1
+    for word in words:
+        assert word.lower() in err.lower()
+    segment = read_segment(log)
+    assert segment.problem is None
+    faults = [event.fault for event in segment.events if event.HasField("fault")]
+    assert faults
+    assert faults[0].sentence in err
+    last = [event.status for event in segment.events if event.HasField("status")][-1]
+    assert last.state == pb.STATE_FAULT or last.position_known_mask != 0b1111
+    assert journal(end)["at_rest"]
+    assert not journal(end)["shutter_open"]
+
+
+def test_hung_host_is_stopped_by_the_expiry(tmp_path: Path) -> None:
+    """The scripted hung host: the path expires, the arm stands, the scan says so."""
+    plan, _ = write_inputs(tmp_path)
+    end = tmp_path / "journal.json"
+    device = f"twin:{SCENARIOS / 'fault_host_silent.toml'}"
+    status, _, err = run(tmp_path, "scan", plan, "-o", tmp_path / "raw.mcap", "--device", device, "--twin-journal", end)
+    assert status == 3, err
+    assert err.count("\n") == 1
+    assert journal(end)["at_rest"]
+    assert not journal(end)["shutter_open"]
+
+
+def test_info_and_home(tmp_path: Path) -> None:
+    _, device = write_inputs(tmp_path)
+    status, out, _ = run(tmp_path, "info", "--device", device, "--json")
+    assert status == 0
+    assert '"state": "unconfigured"' in out
+    status, out, err = run(tmp_path, "home", "--device", device)
+    assert (status, err) == (0, "")
+    assert out.count(" deg\n") == 4
+    assert os.listdir(tmp_path / "gonio") == []

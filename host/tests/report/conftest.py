@@ -1,0 +1,6 @@
+"""conftest.py: the synthetic datasets of tests/formats serve here too."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "formats"))

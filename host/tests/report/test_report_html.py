@@ -1,0 +1,197 @@
+"""test_report_html.py: one self-contained file that says what was measured, what not, and how far off."""
+
+import base64
+import io
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib import image as mpimage
+from synthetic_bsdf import SIGMA_DEG, distribution, lambert_and_mirror, lobe_per_sr, sphere_points, spiral_about
+
+from gonio.dataset.bsdf import Dataset
+from gonio.formats import nist_csv
+from gonio.reduce.integrals import integrals
+from gonio.report.html import render, write_report
+
+NIST = Path(__file__).parents[3] / "docs" / "examples" / "nist_ptfe" / "PTFE.data.csv"
+VOID = {"meta", "img", "br"}
+
+
+class KnownTruth:
+    """The closed form of lambert_and_mirror."""
+
+    scenario = SimpleNamespace(
+        components=(
+            {"kind": "lambertian", "reflectance": 0.5, "transmittance": 0.1},
+            {"kind": "gaussian", "about": "mirror", "sigma_deg": SIGMA_DEG, "integral": 0.2},
+        )
+    )
+
+    def dsf_per_sr(self, incident_theta_deg, incident_phi_deg, outgoing):  # type: ignore[no-untyped-def]
+        front = outgoing[:, 2] > 0
+        diffuse = np.where(front, 0.5, 0.1) / np.pi * np.abs(outgoing[:, 2])
+        return diffuse + front * lobe_per_sr(outgoing, (incident_theta_deg, incident_phi_deg + 180), 0.2)
+
+    def integrals(self, incident_theta_deg: float, incident_phi_deg: float) -> dict[str, float]:
+        assert 0 <= incident_theta_deg < 90
+        assert 0 <= incident_phi_deg < 360
+        return {"rho": 0.7, "tau": 0.1}
+
+    def peak_sigma_deg(self, sigma_deg: float) -> float:
+        return sigma_deg
+
+
+class Outline(HTMLParser):
+    """Checks nesting; collects tags, text and addresses."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.addresses: list[str] = []
+        self.ids: list[str] = []
+        self.words: list[str] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.addresses += [value or "" for name, value in attrs if name in ("src", "href")]
+        self.ids += [value or "" for name, value in attrs if name == "id"]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(self.words)
+
+
+@pytest.fixture(scope="module")
+def dataset() -> Dataset:
+    made = lambert_and_mirror((30.0, 60.0))
+    for d in made.distributions:
+        d.integrals = integrals(d)
+        peak = {
+            "theta_deg": d.incident_theta_deg,
+            "phi_deg": 180.0,
+            "height_per_sr": 72.0,
+            "sigma_deg": SIGMA_DEG * 1.01,
+        }
+        d.integrals |= {f"peak mirror {name}": value for name, value in (peak | {"integral": 0.202}).items()}
+    made.beam = distribution((0, 0), spiral_about(0, 0, 3, 0.2), lambda u: np.where(u[:, 2] > 0.9997, 1.0, 1e-4))
+    made.provenance = {
+        "counters": {"strobes_lost": 3, "syncs_lost": 0},
+        "raw_logs": [{"path": "raw.mcap", "sha256": "abc123"}],
+        "note": "<script>alert(1)</script>",
+    }
+    made.sample_name = "glass <b>&"
+    return made
+
+
+@pytest.fixture(scope="module")
+def page(dataset: Dataset) -> str:
+    return render(dataset, KnownTruth())
+
+
+def test_page_is_well_formed_and_needs_no_network(page: str) -> None:
+    outline = Outline(page)
+    assert not outline.open
+    assert "script" not in outline.tags
+    assert "link" not in outline.tags
+    local = [a for a in outline.addresses if a.startswith("#")]
+    assert {a[1:] for a in local} == set(outline.ids)
+    assert all(a.startswith(("data:image/png;base64,", "#")) for a in outline.addresses)
+    assert not re.search(r"url\(|@import|https?://", page)
+    assert len(page) < 5_000_000
+
+
+def test_text_from_data_is_escaped(page: str) -> None:
+    assert "glass &lt;b&gt;&amp;" in page
+    assert "<b>" not in page
+    assert "<script>" not in page
+
+
+def test_it_says_what_the_issue_asks_for(page: str) -> None:
+    text = Outline(page).text
+    for words in (
+        "strobes_lost",
+        "raw_logs[0].sha256",
+        "abc123",
+        "shadowed",
+        "zeros: Transmission Back, Reflection Back",
+        "Solar: not measured",
+        "numpy",
+        "relative standard uncertainty",
+    ):
+        assert words in text, words
+
+
+def test_tables_show_the_difference_from_the_truth(page: str) -> None:
+    text = Outline(page).text
+    assert "+1.00 %" in text  # sigma and integral of the peaks were put in 1 % too large
+    rows = re.findall(r"<tr>(.*?)</tr>", page)
+    rho = next(row for row in rows if "reflected" in row)
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", rho)
+    assert float(cells[3]) == pytest.approx(0.7, abs=0.003)
+    assert abs(float(cells[-1].rstrip(" %"))) < 0.5
+
+
+def test_figures_are_pictures_of_a_readable_size(page: str) -> None:
+    images = re.findall(r'src="data:image/png;base64,([^"]+)"', page)
+    assert len(images) == 2 * 2 + 2 + 1  # maps and planes, paths, beam
+    for encoded in images:
+        pixels = mpimage.imread(io.BytesIO(base64.b64decode(encoded)))
+        assert pixels.shape[1] > 400
+        assert pixels.std() > 0.02
+
+
+def test_dataset_without_truth_beam_and_sides_is_reported_too(tmp_path: Path) -> None:
+    bare = lambert_and_mirror((30.0,))
+    bare.front_faces = "undeclared"
+    bare.distributions[0].time_ns[:] = 0
+    path = tmp_path / "report.html"
+    write_report(bare, path)
+    outline = Outline(path.read_text(encoding="utf-8"))
+    assert "--front" in outline.text
+    assert "path" not in outline.ids
+    assert "reference-beam" not in outline.ids
+    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_nist_report_has_a_row_per_wavelength() -> None:
+    dataset = nist_csv.read(NIST)
+    dataset.distributions = [d for d in dataset.distributions if d.incident_theta_deg < 1]
+    text = Outline(render(dataset)).text
+    for row in (r"351 nm\s+0\.984", r"532 nm\s+0\.998", r"633 nm\s+0\.997", r"1064 nm\s+0\.992"):
+        assert re.search(row + r"\s+0\.9\d{3}\s+81\.9\u00b0\s+98\.0 %", text), row
+
+
+def test_three_hundred_thousand_points_are_drawn_small(tmp_path: Path) -> None:
+    units = np.concatenate([sphere_points(2000), spiral_about(30, 180, 8, 0.1)])
+    part = distribution((30.0, 0.0), units, lambda u: np.abs(u[:, 2]) / np.pi)
+    for name in (
+        "theta_deg",
+        "phi_deg",
+        "dsf_per_sr",
+        "variance_per_sr2",
+        "count",
+        "flags",
+        "solid_angle_sr",
+        "time_ns",
+    ):
+        setattr(part, name, np.tile(getattr(part, name), 300_000 // len(units) + 1))
+    jitter = np.random.default_rng(5).uniform(0, 0.5, len(part.theta_deg))
+    part.phi_deg = part.phi_deg + jitter
+    path = tmp_path / "report.html"
+    write_report(Dataset([part], front_faces="interior"), path)
+    assert len(part.theta_deg) >= 300_000
+    assert path.stat().st_size < 2_000_000
