@@ -75,9 +75,8 @@ public:
         }
         for (const auto &[name, section] : sections_) {
             const bool is_object =
-                name.size() >= 4 && std::all_of(name.begin(), name.begin() + 4, [](unsigned char letter) {
-                    return std::isxdigit(letter) != 0;
-                });
+                name.size() >= 4 && std::all_of(name.begin(), name.begin() + 4,
+                                                [](unsigned char letter) { return std::isxdigit(letter) != 0; });
             if (is_object && !used_.contains(name)) {
                 fail(name, "no object list names it");
             }

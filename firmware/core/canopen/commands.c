@@ -21,7 +21,7 @@ static void get_info(struct gn_motion *motion, uint32_t request_id) {
         info->nodes[i] = motion->axes[i].info;
         info->nodes[i].node = motion->axes[i].config.node;
     }
-    (void)snprintf(info->last_fault, sizeof info->last_fault, "%s", motion->last_fault);
+    (void)snprintf(info->last_fault, sizeof info->last_fault, "%s", motion->last_fault.sentence);
     gn_reply_with(motion, &reply);
 }
 

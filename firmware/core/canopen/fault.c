@@ -66,8 +66,8 @@ void gn_fault_raise(struct gn_motion *motion, uint32_t axis, uint32_t failed_mas
         gn_ride_halt(motion, gonio_PathEnd_PATH_FAULT);
         return;
     }
-    (void)snprintf(motion->last_fault, sizeof motion->last_fault, "%s", fault->sentence);
+    motion->last_fault = *fault;
     gn_event(motion, &event);
-    gn_operation_done(motion, gonio_ReplyCode_REPLY_FAULT, motion->last_fault);
+    gn_operation_done(motion, gonio_ReplyCode_REPLY_FAULT, motion->last_fault.sentence);
     gn_ride_halt(motion, gonio_PathEnd_PATH_FAULT);
 }

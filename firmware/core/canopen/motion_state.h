@@ -71,7 +71,7 @@ struct gn_motion {
     bool lamp_on;
     bool dark_when_still; /* close the shutter as soon as the axes stand */
     int64_t dark_deadline_ns;
-    uint32_t inputs; /* bit 0 door closed, 1 emergency stop released, 2 STO released */
+    uint32_t inputs;        /* bit 0 door closed, 1 emergency stop released, 2 STO released */
     gonio_Fault last_fault; /* since start */
 };
 

@@ -138,6 +138,8 @@ void gn_ride_step(struct gn_motion *motion) {
     }
     if (underrun && motion->ride.underrun_ns == 0) {
         motion->ride.underrun_ns = motion->now_ns;
+    } else if (path->feed >= 1.0) {
+        motion->ride.underrun_ns = 0; /* knots came in time */
     }
     if (path->state == GN_PATH_DONE) {
         finish(motion, motion->state == gonio_InstrumentState_STATE_FAULT ? gonio_PathEnd_PATH_FAULT

@@ -121,13 +121,13 @@ public:
         configure();
         request(gonio_Request_boot_tag);
         run(1000 * ms);
-        ASSERT_EQ(motion->state, gonio_InstrumentState_STATE_UNHOMED) << motion->last_fault;
+        ASSERT_EQ(motion->state, gonio_InstrumentState_STATE_UNHOMED) << motion->last_fault.sentence;
     }
     void make_ready() {
         ASSERT_NO_FATAL_FAILURE(boot());
         home();
         run(1000 * ms);
-        ASSERT_EQ(motion->state, gonio_InstrumentState_STATE_READY) << motion->last_fault;
+        ASSERT_EQ(motion->state, gonio_InstrumentState_STATE_READY) << motion->last_fault.sentence;
     }
     // Knots of one axis from rest to rest; the others stand. A sine-free straight move at the given speed.
     std::uint32_t begin_move(std::uint32_t path_id, double to_counts, double seconds, bool start = true) {

@@ -53,7 +53,8 @@ public:
         objects[{0x60C2, 2}] = {static_cast<std::uint8_t>(exponent), 1, Access::read_only};
     }
     // Third personality: the maps cannot be written.
-    void make_fixed(const std::vector<std::uint32_t> &rpdo, const std::vector<std::uint32_t> &tpdo, std::uint32_t refusal) {
+    void make_fixed(const std::vector<std::uint32_t> &rpdo, const std::vector<std::uint32_t> &tpdo,
+                    std::uint32_t refusal) {
         for (const auto &[index, map] : {std::pair{0x1600, rpdo}, std::pair{0x1A00, tpdo}}) {
             objects[{index, 0}] = {static_cast<std::uint32_t>(map.size()), 1, Access::read_only, true, refusal};
             for (std::size_t i = 0; i < map.size(); i++) {

@@ -23,7 +23,7 @@ struct Moving : testing::Test {
         EXPECT_EQ(bench.motion->path.state, GN_PATH_IDLE);
         EXPECT_EQ(bench.last_path_end(), gonio_PathEnd_PATH_FAULT);
         gonio_Fault const fault = bench.only_fault();
-        EXPECT_STREQ(bench.motion->last_fault, fault.sentence);
+        EXPECT_STREQ(bench.motion->last_fault.sentence, fault.sentence);
         return fault;
     }
     static bool says(const gonio_Fault &fault, const std::string &words) {

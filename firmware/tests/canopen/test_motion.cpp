@@ -196,6 +196,25 @@ TEST(Motion, host_that_died_before_the_underrun_is_an_expiry) {
     EXPECT_EQ(bench.motion->state, gonio_InstrumentState_STATE_READY);
 }
 
+TEST(Motion, host_that_dies_after_it_caught_up_with_an_underrun_is_an_expiry) {
+    Bench bench;
+    ASSERT_NO_FATAL_FAILURE(bench.make_ready());
+    begin_cut_path(bench); // 4.96 s of knots
+    while (bench.motion->ride.underrun_ns == 0 && bench.now_ns < 20'000 * ms) {
+        bench.run(2 * ms);
+    }
+    for (std::uint32_t i = 200; i < 300; i++) { // two seconds more
+        bench.push_knot(5, i, 1'000'000'000 + (i - 1) * 20'000'000LL, 1000 + 40.0 * (i - 1), 2000);
+    }
+    bench.run(1000 * ms);
+    EXPECT_EQ(bench.motion->path.feed, 1.0);
+    EXPECT_EQ(bench.motion->ride.underrun_ns, 0);
+    bench.host_alive = false;
+    bench.run(4000 * ms);
+    EXPECT_TRUE(bench.all(gonio_Event_fault_tag).empty());
+    EXPECT_EQ(bench.last_path_end(), gonio_PathEnd_PATH_EXPIRED);
+}
+
 TEST(Motion, refused_knot_ends_the_path_with_a_sentence) {
     Bench bench;
     ASSERT_NO_FATAL_FAILURE(bench.make_ready());

@@ -78,7 +78,13 @@ class Dark:
         centre_ns = begin[0] + np.rint(np.bincount(chunk, time_ns[index] - begin[0]) / size).astype(np.int64)
         temperature_c = np.bincount(chunk, samples["temperature_centi_c"][index]) / size / 100.0
         variance = residual2[keep].sum(axis=0) / (size[keep] - 1).sum()
-        return cls(centre_ns[keep], temperature_c[keep], mean[keep], variance, _slope(temperature_c[keep], mean[keep]))
+        return cls(
+            centre_ns[keep],
+            temperature_c[keep],
+            mean[keep],
+            variance,
+            _slope((centre_ns[keep] - begin[0]) * 1e-9, temperature_c[keep], mean[keep]),
+        )
 
     def held_at(self, time_ns: int) -> "Dark":
         """The mean of these darks, for a segment whose clock is another."""
@@ -95,12 +101,16 @@ class Dark:
         return between + self.per_c * temperature_c[:, None]
 
 
-def _slope(temperature_c: FloatArray, counts: FloatArray) -> FloatArray:
-    """Counts per degree (2,) by least squares over three or more darks of different temperature, else 0."""
-    off = temperature_c - temperature_c.mean()
-    if len(off) < 3 or np.ptp(temperature_c) < _TEMPERATURE_SPREAD_C:
+def _slope(time_s: FloatArray, temperature_c: FloatArray, counts: FloatArray) -> FloatArray:
+    """Counts per degree (2,) by least squares beside a drift that is linear in time; 0 where there are fewer than four
+    darks or their temperatures lie on such a line themselves."""
+    if len(time_s) < 4:
         return np.zeros(2)
-    return np.asarray(off @ (counts - counts.mean(axis=0)) / (off @ off))
+    drift = np.stack((np.ones(len(time_s)), time_s), axis=1)
+    off_c = temperature_c - drift @ np.linalg.lstsq(drift, temperature_c, rcond=None)[0]
+    if np.ptp(off_c) < _TEMPERATURE_SPREAD_C:
+        return np.zeros(2)
+    return np.asarray(off_c @ counts / (off_c @ off_c))
 
 
 @dataclass(frozen=True)

@@ -7,24 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from twin_runs import (
-    SCENARIOS,
-    flying,
-    journal,
-    path_ends,
-    run,
-    start,
-    twin_of,
-    wait_for_end,
-    watch,
-    write_inputs,
-)
+from twin_runs import SCENARIOS, journal, path_ends, run, run_until, wait_for_end, write_inputs
 
 from gonio.acquire.resume import measured
 from gonio.protocol.generated import gonio_pb2 as pb
 from gonio.rawlog.reader import RawLog, read_rawlog
 from gonio.rawlog.segment_reader import read_segment
 from gonio.rawlog.segments import existing_segments
+from gonio.reduce.pipeline import reduce_rawlog
 from gonio.units.instrument import load_instrument
 
 pytestmark = pytest.mark.twin
@@ -72,6 +62,21 @@ def assert_same_directions(joined: RawLog, whole: RawLog) -> None:
     assert distance.max() <= tolerance_counts
 
 
+def mean_bsdf(log: RawLog) -> tuple[float, float]:
+    """Mean and standard error of the tile's BSDF [1/sr]; it is Lambertian, so all directions have the same."""
+    (distribution,) = reduce_rawlog(log).distributions
+    good = distribution.measured & (distribution.theta_deg < 80.0)
+    values = distribution.dsf_per_sr[good] / np.cos(np.radians(distribution.theta_deg[good]))
+    return float(values.mean()), float(values.std() / np.sqrt(len(values)))
+
+
+def assert_same_values(joined: RawLog, whole: RawLog) -> None:
+    """The means agree within their noise (five standard errors)."""
+    (ours, ours_u), (theirs, theirs_u) = mean_bsdf(joined), mean_bsdf(whole)
+    assert abs(ours - theirs) <= 5.0 * np.hypot(ours_u, theirs_u)
+    assert ours == pytest.approx(0.5 / np.pi, rel=0.02)  # the tile; a free beam at so coarse a pitch gives no more
+
+
 def resume(folder: Path, plan: Path, device: str, log: Path) -> RawLog:
     status, _, err = run(folder, "scan", plan, "-o", log, "--device", device, "--resume")
     assert (status, err) == (0, "")
@@ -115,11 +120,9 @@ def test_same_seed_gives_the_same_bytes(unbroken: Path, tmp_path: Path) -> None:
 def test_signal_stops_on_the_path_and_resume_goes_on(unbroken: Path, tmp_path: Path, number: signal.Signals) -> None:
     plan, device = write_inputs(tmp_path)
     log, end = tmp_path / "raw.mcap", tmp_path / "journal.json"
-    process = start(tmp_path, "scan", plan, "-o", log, "--device", device, "--twin-journal", end)
-    watch(process, log, flying("coarse", 2.0))
-    process.send_signal(number)
-    _, err = process.communicate(timeout=120)
-    assert process.returncode == 130
+    arguments = ("scan", plan, "-o", log, "--device", device, "--twin-journal", end)
+    status, _, err = run_until(tmp_path, "coarse", 2.0, number.name, *arguments)
+    assert status == 130
     assert err.count("\n") == 1
     assert "--resume" in err
     segment = read_segment(log)
@@ -137,12 +140,10 @@ def test_killed_host(unbroken: Path, tmp_path: Path) -> None:
     """SIGKILL: the firmware stops the arm and closes the shutter within its expiry; all blocks are readable."""
     plan, device = write_inputs(tmp_path)
     log, end = tmp_path / "raw.mcap", tmp_path / "journal.json"
-    process = start(tmp_path, "scan", plan, "-o", log, "--device", device, "--twin-journal", end)
-    watch(process, log, flying("coarse", 3.0))
-    twin = twin_of(process)
-    process.kill()
-    process.communicate()
-    wait_for_end(twin)
+    arguments = ("scan", plan, "-o", log, "--device", device, "--twin-journal", end)
+    status, out, _ = run_until(tmp_path, "coarse", 3.0, "SIGKILL", *arguments)
+    assert status == -signal.SIGKILL
+    wait_for_end(int(out))
     account = journal(end)
     assert account["at_rest"]
     assert not account["shutter_open"]
@@ -156,18 +157,15 @@ def test_killed_host(unbroken: Path, tmp_path: Path) -> None:
     joined = resume(tmp_path, plan, device, log)
     assert joined.problem is None
     assert_same_directions(joined, read_rawlog([unbroken]))
+    assert_same_values(joined, read_rawlog([unbroken]))
 
 
 def test_stop_from_another_process(tmp_path: Path) -> None:
     plan, device = write_inputs(tmp_path)
     log = tmp_path / "raw.mcap"
-    process = start(tmp_path, "scan", plan, "-o", log, "--device", device)
-    watch(process, log, flying("reference", 0.5))
-    status, out, err = run(tmp_path, "stop")
-    assert (status, err) == (0, "")
-    assert str(process.pid) in out
-    _, err = process.communicate(timeout=120)
-    assert process.returncode == 130
+    status, out, err = run_until(tmp_path, "reference", 0.5, "stop", "scan", plan, "-o", log, "--device", device)
+    assert status == 130
+    assert f"stops {device}" in out  # said by the other process
     assert "gonio stop" in err
     assert path_ends(read_segment(log))[-1] == pb.PATH_STOPPED
 
@@ -176,12 +174,8 @@ def test_resumed_twice(unbroken: Path, tmp_path: Path) -> None:
     plan, device = write_inputs(tmp_path)
     log = tmp_path / "raw.mcap"
     arguments = ["scan", plan, "-o", log, "--device", device]
-    for number, (kind, extra) in enumerate((("reference", []), ("coarse", ["--resume"])), 1):
-        process = start(tmp_path, *arguments, *extra)
-        watch(process, log if number == 1 else tmp_path / "raw.2.mcap", flying(kind, 1.0))
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=120)
-        assert process.returncode == 130
+    for kind, extra in (("reference", []), ("coarse", ["--resume"])):
+        assert run_until(tmp_path, kind, 1.0, "SIGINT", *arguments, *extra)[0] == 130
     joined = resume(tmp_path, plan, device, log)
     assert len(joined.segments) == 3
     assert_same_directions(joined, read_rawlog([unbroken]))

@@ -1,18 +1,17 @@
-"""twin_runs.py: the real command line against the real twin: plans, starting, watching a log as it grows."""
+"""twin_runs.py: the real command line against the real twin: plans, runs, and what they leave behind."""
 
 import json
 import os
 import select
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from gonio.protocol.generated import gonio_pb2 as pb
-from gonio.rawlog.segment_reader import Segment, read_segment
-from gonio.units.errors import UsageError
+from gonio.rawlog.segment_reader import Segment
 
+UNTIL = Path(__file__).with_name("scan_until.py")
 SCENARIOS = Path(__file__).resolve().parents[3] / "sim" / "scenarios"
 QUIET = """
 seed = 3
@@ -58,55 +57,35 @@ def write_inputs(folder: Path, scenario: str = QUIET) -> tuple[Path, str]:
     return plan, f"twin:{twin}"
 
 
-def start(folder: Path, *arguments: str | Path) -> subprocess.Popen[str]:
-    """Start gonio as a user does; its control socket is in `folder`."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "gonio.cli.main", *map(str, arguments)],
+def _gonio(folder: Path, command: list[str]) -> tuple[int, str, str]:
+    """Run a command to its end, its control socket in `folder`: status, standard output, standard error."""
+    done = subprocess.run(
+        command,
         env=os.environ | {"XDG_RUNTIME_DIR": str(folder)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        capture_output=True,
         text=True,
+        timeout=GIVE_UP_S,
+        check=False,
     )
+    return done.returncode, done.stdout, done.stderr
 
 
 def run(folder: Path, *arguments: str | Path) -> tuple[int, str, str]:
-    """Run gonio to its end: status, standard output, standard error."""
-    process = start(folder, *arguments)
-    out, err = process.communicate(timeout=GIVE_UP_S)
-    return process.returncode, out, err
+    """Run gonio: status, standard output, standard error."""
+    return _gonio(folder, [sys.executable, "-m", "gonio.cli.main", *map(str, arguments)])
 
 
-def watch(process: subprocess.Popen[str], log: Path, reached: Callable[[Segment], bool]) -> None:
-    """Read the growing log until `reached`; the scan must not end before."""
-    while process.poll() is None:
-        try:
-            if reached(read_segment(log)):
-                return
-        except UsageError:
-            pass  # not there yet, or its metadata is not whole yet
-    raise AssertionError(f"the scan ended too early: {process.communicate()}")
+def run_until(folder: Path, kind: str, path_time_s: float, action: str, *arguments: str | Path) -> tuple[int, str, str]:
+    """Run gonio until a path of `kind` has been flown so long; then `action` comes (scan_until.py)."""
+    return _gonio(folder, [sys.executable, str(UNTIL), kind, str(path_time_s), action, *map(str, arguments)])
 
 
-def flying(kind: str, path_time_s: float) -> Callable[[Segment], bool]:
-    """Is a path of this kind on its way, so far at least?"""
-
-    def reached(segment: Segment) -> bool:
-        ids = {path["path_id"] for path in segment.metadata["paths"] if path["kind"] == kind}
-        last = next((e.status for e in reversed(segment.events) if e.HasField("status")), pb.Status())
-        return last.path_id in ids and last.path_time_ns >= path_time_s * 1e9
-
-    return reached
-
-
-def twin_of(process: subprocess.Popen[str]) -> int:
-    """A pidfd of the twin that a scan started; readable once the twin has ended."""
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    assert len(children) == 1
-    return os.pidfd_open(int(children[0]))
-
-
-def wait_for_end(pidfd: int) -> None:
-    """Wait for a process by its pidfd."""
+def wait_for_end(pid: int) -> None:
+    """Wait for a process that is not our child."""
+    try:
+        pidfd = os.pidfd_open(pid)
+    except ProcessLookupError:
+        return
     try:
         assert select.select([pidfd], [], [], GIVE_UP_S)[0], "the twin did not end"
     finally:

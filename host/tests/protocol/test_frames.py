@@ -1,7 +1,6 @@
 """test_frames.py: frames against the written format, the golden vectors and every way of being damaged."""
 
 import struct
-from pathlib import Path
 
 import google_crc32c
 import pytest
@@ -17,8 +16,6 @@ from gonio.protocol.frames import (
     decode_frame,
     encode_frame,
 )
-
-VECTORS = Path(__file__).resolve().parents[3] / "protocol" / "vectors"
 
 frames = st.lists(
     st.tuples(st.integers(1, 9), st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1), st.binary(max_size=300)),

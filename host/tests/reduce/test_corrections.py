@@ -1,5 +1,7 @@
 """test_corrections.py: dark over time and temperature, saturation, the blend of the gains, noise estimates."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -23,7 +25,7 @@ ORIGIN_NS = 1_700_000_000_000_000_001
 def recorded(
     light: NDArray[np.float64], temperature_c: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.void]]:
-    """A sample each ms; dark 350 + 2 per degree above 20 + 0.01 per s on the high channel, 12 on the low one."""
+    """A sample each ms; dark 350 + 2 per degree above 20 + 10 per s on the high channel, 12 on the low one."""
     samples = np.zeros(len(light), dtype=SAMPLE_DTYPE)
     seconds = np.arange(len(light)) * 1e-3
     samples["high_counts"] = np.rint(1000.0 * light + 350.0 + 2.0 * (temperature_c - 20.0) + 10.0 * seconds)
@@ -42,7 +44,6 @@ def test_dark_follows_time_and_temperature_between_the_darks() -> None:
     time_ns, samples = recorded(light, temperature_c)
     dark = Dark.measure(time_ns, samples, closed)
     assert dark is not None
-    # The straight line over temperature also takes up some of the drift in time; the interpolation gives it back.
     found = light_of(samples, time_ns, np.ones(n), dark, GAINS)
     assert np.abs(found.signal - light)[(seconds > 1.0) & (seconds < 31.0)].max() < 2e-3
     constant = Dark(dark.time_ns, dark.temperature_c, dark.counts, dark.variance_counts2, np.zeros(2))
@@ -99,7 +100,7 @@ def test_shot_noise_is_found_beside_edges_and_absent_when_absent() -> None:
 
 
 def test_events_give_paths_shutter_and_counters() -> None:
-    def at(ms: int, **body: object) -> pb.Event:
+    def at(ms: int, **body: Any) -> pb.Event:
         return pb.Event(time_ns=ORIGIN_NS + ms * 1_000_000, **body)
 
     shutter = [at(ms, output=pb.SetOutput(output=pb.OUTPUT_SHUTTER, on=on)) for ms, on in ((0, False), (1000, True))]

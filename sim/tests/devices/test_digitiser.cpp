@@ -1,8 +1,10 @@
 // test_digitiser.cpp: packets and strobe as protocol/digitiser.md has them.
-#include <cstring>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <toml++/toml.h>
 
 #include "digitiser.hpp"
 
@@ -70,6 +72,40 @@ TEST(Digitiser, PacketsHaveTheDocumentedBytes) {
     EXPECT_EQ(second[2] + 256 * second[3], 0) << "the packet counter wraps";
     EXPECT_EQ(second[4], 50);
     EXPECT_TRUE(bench.read().empty());
+}
+
+// protocol/vectors/digitiser.toml, which firmware and host read too.
+TEST(Digitiser, FirstPacketEqualsTheGoldenBytes) {
+    toml::table const file = toml::parse_file(GONIO_SOURCE_DIR "/protocol/vectors/digitiser.toml");
+    toml::table const &vector = *file["vector"][0].as_table();
+    toml::array const &samples = *vector["fields"]["samples"].as_array();
+    auto const field = [&](std::uint64_t sample, const char *name) {
+        return (*samples.get(sample)->as_table())[name].value<std::int64_t>().value();
+    };
+    Scheduler scheduler;
+    Digitiser digitiser(
+        scheduler, {.packet_samples = static_cast<std::uint32_t>(samples.size())},
+        [&](std::uint64_t sample, std::int64_t) {
+            std::uint64_t const k = sample % samples.size();
+            return gn_sample{static_cast<std::int32_t>(field(k, "high_counts")),
+                             static_cast<std::int32_t>(field(k, "low_counts")),
+                             static_cast<std::int32_t>(field(k, "monitor_counts")),
+                             static_cast<std::int16_t>(field(k, "temperature_centi_c")),
+                             static_cast<std::uint16_t>(field(k, "flags"))};
+        },
+        [](bool) {}, [] {});
+    digitiser.start(1000, 10);
+    while (scheduler.run_one(10000000)) {
+    }
+    std::vector<std::uint8_t> packet(100);
+    packet.resize(static_cast<std::size_t>(digitiser.read(packet.data(), packet.size())));
+    std::istringstream hex(vector["hex"].value<std::string>().value());
+    std::vector<std::uint8_t> golden;
+    for (unsigned byte = 0; hex >> std::hex >> byte;) {
+        golden.push_back(static_cast<std::uint8_t>(byte));
+    }
+    ASSERT_EQ(golden.size(), 44U);
+    EXPECT_EQ(packet, golden);
 }
 
 TEST(Digitiser, StrobeMarksEveryTenthSample) {

@@ -1,19 +1,11 @@
 // test_lockstep_link.cpp: the rule of virtual time (protocol/link.md) with a scripted host on a real socket.
-#include <array>
-#include <cstring>
 #include <string>
 #include <vector>
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <pb_encode.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include "gonio.pb.h"
-#include "gonio_records.h"
 #include "lockstep_link.hpp"
+#include "scripted_host.hpp"
 #include "toml_table.hpp"
 
 namespace gonio::sim {
@@ -21,63 +13,6 @@ namespace {
 
 constexpr std::int64_t ms = 1000000;
 constexpr std::int64_t patience_ns = 5000 * ms;
-
-using Bytes = std::vector<std::uint8_t>;
-
-Bytes frame(std::uint32_t kind, std::uint32_t sequence, std::uint32_t acknowledged, const Bytes &payload = {}) {
-    gn_frame_header header{};
-    header.magic = 0x4E47;
-    header.version = 1;
-    header.kind = static_cast<std::uint8_t>(kind);
-    header.sequence = sequence;
-    header.acknowledged = acknowledged;
-    header.length = static_cast<std::uint32_t>(payload.size());
-    Bytes bytes(sizeof header + payload.size());
-    std::memcpy(bytes.data(), &header, sizeof header);
-    std::copy(payload.begin(), payload.end(), bytes.begin() + sizeof header);
-    return bytes;
-}
-
-Bytes hello(gonio_Role role) {
-    gonio_Hello message = gonio_Hello_init_zero;
-    message.role = role;
-    Bytes payload(gonio_Hello_size);
-    pb_ostream_t stream = pb_ostream_from_buffer(payload.data(), payload.size());
-    EXPECT_TRUE(pb_encode(&stream, gonio_Hello_fields, &message));
-    payload.resize(stream.bytes_written);
-    return frame(GN_FRAME_HELLO, 0, 0, payload);
-}
-
-class Host {
-public:
-    explicit Host(const Lockstep_link &link) : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
-        std::string const address = link.address();
-        sockaddr_in to{};
-        to.sin_family = AF_INET;
-        to.sin_port = htons(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
-        to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-        EXPECT_EQ(connect(socket_, reinterpret_cast<const sockaddr *>(&to), sizeof to), 0);
-    }
-    ~Host() { hang_up(); }
-    Host(const Host &) = delete;
-    Host &operator=(const Host &) = delete;
-    void say(const Bytes &bytes) const {
-        EXPECT_EQ(send(socket_, bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
-    }
-    void hang_up() {
-        if (socket_ >= 0) {
-            close(socket_);
-            socket_ = -1;
-        }
-    }
-    [[nodiscard]] std::size_t hear() const {
-        std::array<std::uint8_t, 1000> bytes{};
-        return static_cast<std::size_t>(recv(socket_, bytes.data(), bytes.size(), 0));
-    }
-
-private:
-    int socket_;
-};
 
 // What the firmware would read now.
 Bytes read(Lockstep_link &link, std::uint32_t client) {
