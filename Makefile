@@ -20,7 +20,7 @@ SCHEMA := protocol/gonio.proto protocol/gonio.options protocol/records.toml prot
 GENERATED := host/gonio/protocol/generated
 C_FILES = $(shell git ls-files -co --exclude-standard 'firmware/*.c' 'firmware/*.h' 'firmware/*.cpp' 'sim/*.cpp' 'sim/*.hpp')
 
-.PHONY: help setup build demo check test test-native test-sanitize test-fuzz test-host bench coverage soak clean
+.PHONY: help setup build demo check test test-native test-sanitize test-fuzz test-host bench figures coverage soak clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
@@ -60,6 +60,9 @@ test-host: build
 
 bench: build ## the hot loops beside their peers; tables and build/bench/*.json
 	$(BIN)/python host/benchmarks/bench.py build/bench
+
+figures: build ## accuracy of a whole scan against the twin's truth
+	cd host && ../$(BIN)/python -m benchmarks.figures
 
 coverage: setup build/coverage/build.ninja ## line coverage of the firmware core
 	@ninja -C build/coverage --quiet

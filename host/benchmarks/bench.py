@@ -91,18 +91,21 @@ def scan() -> list[dict[str, Any]]:
     """100,000 samples in virtual time: firmware and twin alone, then the whole command with Python included."""
     twin = os.environ.get("GONIO_TWIN", str(ROOT / "build/native/sim/gonio-twin"))
     alone = [json.loads(subprocess.run([f"{twin}-bench"], check=True, capture_output=True).stdout) for _ in range(3)]
-    payloads = {run["payload_crc32c"] for run in alone}
+    payloads = {run["payload_hash"] for run in alone}
     if len(payloads) != 1:
         raise SystemExit(f"gonio-twin-bench: the same seed gave different payloads: {sorted(payloads)}")
     gonio = str(Path(sys.executable).with_name("gonio"))
-    plan, scenario = ROOT / "docs/examples/pairing.toml", ROOT / "sim/scenarios/pairing.toml"
+    scenarios = ROOT / "sim/scenarios"
+    arguments = [str(ROOT / "docs/examples/bench.toml"), "--instrument", str(scenarios / "pairing-axes.toml")]
+    arguments += ["--device", f"twin:{scenarios / 'pairing.toml'}"]
     with tempfile.TemporaryDirectory() as folder:
         number = iter(range(100))
 
         def whole() -> None:
             raw = Path(folder) / f"raw{next(number)}.mcap"
-            command = [gonio, "scan", str(plan), "--device", f"twin:{scenario}", "-o", str(raw)]
-            subprocess.run(command, check=True, capture_output=True)
+            environment = os.environ | {"XDG_RUNTIME_DIR": folder}
+            command = [gonio, "scan", *arguments, "-o", str(raw)]
+            subprocess.run(command, check=True, capture_output=True, env=environment)
 
         wall = seconds(whole, 3)
     virtual = statistics.median(run["virtual_s"] for run in alone)

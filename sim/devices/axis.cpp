@@ -135,8 +135,7 @@ std::uint16_t Axis::step() {
         hold(demand_counts_, following_ ? 0.0 : demand_velocity_counts_per_s_);
     }
 
-    const bool cyclic = following_ && controlled() && mode_ == mode::cyclic_position;
-    const double start = cyclic ? interpolator_.at(now_ns) : demand_counts_;
+    const double start = demand_counts_;
     const std::uint16_t code = check_following(start);
     if (code != 0) {
         fault(code);

@@ -4,18 +4,19 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "servo.hpp"
+
 namespace gonio::sim {
 namespace {
 
 constexpr std::int64_t grid_gain = 16;     // the grid takes over 1/16 of SYNC's deviation
 constexpr std::int64_t largest_jitter = 4; // a SYNC more than a quarter period off begins a new grid
-constexpr std::int64_t delay = 8;          // an eighth of a period
+constexpr std::int64_t slack = 8;          // an eighth of a period
 
 } // namespace
 
 void Interpolator::hold(double position_counts) {
-    current_ = {position_counts, position_counts, 0};
-    previous_ = current_;
+    segments_.fill({position_counts, position_counts, 0});
     running_ = false;
 }
 
@@ -23,21 +24,22 @@ void Interpolator::take(std::int64_t now_ns, double target_counts, std::int64_t 
     const std::int64_t deviation_ns = now_ns - grid_ns_ - period_ns_;
     if (running_ && period_ns == period_ns_ && std::abs(deviation_ns) <= period_ns / largest_jitter) {
         grid_ns_ += period_ns + deviation_ns / grid_gain;
-        previous_ = current_;
+        std::shift_right(segments_.begin(), segments_.end(), 1);
     } else {
-        const double here_counts = at(now_ns);
-        previous_ = {here_counts, here_counts, now_ns};
+        const double here_counts = at(now_ns + Servo::step_ns);
+        segments_.fill({here_counts, here_counts, now_ns});
         grid_ns_ = now_ns;
         period_ns_ = period_ns;
         running_ = true;
     }
-    current_ = {previous_.to_counts, target_counts, grid_ns_ + period_ns / delay};
+    segments_[0] = {segments_[1].to_counts, target_counts, grid_ns_ + Servo::step_ns + period_ns / slack};
 }
 
 double Interpolator::at(std::int64_t time_ns) const {
-    const Segment &segment = time_ns < current_.start_ns ? previous_ : current_;
-    const double share = static_cast<double>(time_ns - segment.start_ns) / static_cast<double>(period_ns_);
-    return segment.from_counts + (segment.to_counts - segment.from_counts) * std::clamp(share, 0.0, 1.0);
+    const auto *const running = std::find_if(segments_.begin(), segments_.end() - 1,
+                                             [&](const Segment &segment) { return time_ns >= segment.start_ns; });
+    const double share = static_cast<double>(time_ns - running->start_ns) / static_cast<double>(period_ns_);
+    return running->from_counts + (running->to_counts - running->from_counts) * std::clamp(share, 0.0, 1.0);
 }
 
 void Profile_position::reset(double position_counts) {

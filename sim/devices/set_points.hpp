@@ -1,6 +1,7 @@
 // set_points.hpp: where the axis is told to be: cyclic targets interpolated over the cycle, and profile position.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "ramp.hpp"
@@ -8,11 +9,13 @@
 namespace gonio::sim {
 
 // Cyclic synchronous position: each target is reached one interpolation period after its SYNC. The periods stand on a
-// grid that follows SYNC slowly, and begin an eighth of a period late, so that SYNC's jitter does not become velocity.
+// grid that follows SYNC slowly, and begin late by a step of the servo, which is computed ahead, and by an eighth of a
+// period, so that SYNC's jitter becomes neither a missing set-point nor velocity.
 class Interpolator {
 public:
     void hold(double position_counts);
     void take(std::int64_t now_ns, double target_counts, std::int64_t period_ns);
+    // At most a step of the servo ahead of the last target taken, at most an eighth of a period behind it.
     [[nodiscard]] double at(std::int64_t time_ns) const;
 
 private:
@@ -21,7 +24,7 @@ private:
         double to_counts = 0.0;
         std::int64_t start_ns = 0;
     };
-    Segment previous_, current_;
+    std::array<Segment, 3> segments_; // newest first; with a period as short as the servo's step the delay spans two
     std::int64_t grid_ns_ = 0;
     std::int64_t period_ns_ = 1;
     bool running_ = false;

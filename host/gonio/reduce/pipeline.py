@@ -165,12 +165,17 @@ def _distribution(
         "incident_off_plan_deg": float(off_deg),
     }
     for path_id, path in paths.items():
-        of_path = points.path == numbers[path_id]
         if path.kind != "peak":
             continue
+        first, end = np.searchsorted(points.path, (numbers[path_id], numbers[path_id] + 1))
+        of_path = slice(int(first), int(end))
         peak = measure_peak(points.unit[of_path], distribution.dsf_per_sr[of_path], distribution.measured[of_path])
         if peak is not None:
             distribution.integrals |= peak.named(path.name)
+            distribution.integrals |= {
+                f"peak {path.name} first_point": float(first),
+                f"peak {path.name} points": float(end - first),
+            }
     return distribution
 
 

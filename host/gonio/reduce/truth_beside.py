@@ -1,0 +1,78 @@
+"""truth_beside.py: what the very same evaluation gives for a known truth: integrals and fitted peaks, beside those measured."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gonio.dataset.bsdf import Distribution
+from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
+from gonio.reduce.peaks import Peak, measure_peak
+
+FloatArray = NDArray[np.float64]
+
+
+class KnownTruth(Protocol):
+    """A DSF in closed form; gonio.simulate.closed_form.Truth is one."""
+
+    def dsf_per_sr(self, incident_theta_deg: float, incident_phi_deg: float, outgoing: FloatArray) -> FloatArray:
+        """DSF [1/sr], shape (n,), towards unit vectors (n, 3), as seen through beam and aperture."""
+        ...
+
+    def integrals(self, incident_theta_deg: float, incident_phi_deg: float) -> dict[str, float]:
+        """rho and tau of the sample itself."""
+        ...
+
+
+def beside(distribution: Distribution, truth: KnownTruth) -> dict[str, float]:
+    """The truth's values for one measured distribution, by the names of distribution.integrals with an ending:
+
+    rho_truth, tau_truth: of the sample itself, over its whole hemisphere; compare with rho, tau.
+    rho_truth_measured, tau_truth_measured: sum of the convolved DSF times the cells of exactly the measured, unmasked
+    points; compare with rho_measured, tau_measured. A lobe behind the detector's head is missing in both.
+    "peak NAME FIELD_truth" for each "peak NAME FIELD" in distribution.integrals, FIELD one of theta_deg, phi_deg,
+    height_per_sr, sigma_deg, integral, ground_per_sr: the fit of the convolved DSF at the same directions with the same
+    cells and masks. What a Gaussian on a plane makes of a lobe that is none is in both, and drops out.
+    "peak NAME direction_error_deg": angle between the fitted direction and that of the truth's fit.
+
+    The truth is asked for the incident direction that the axes read (incident_measured_theta_deg and _phi_deg in
+    distribution.integrals), or for the nominal one where there is none. No entry for a peak that has no fit.
+    """
+    found = distribution.integrals
+    incident = (
+        found.get("incident_measured_theta_deg", distribution.incident_theta_deg),
+        found.get("incident_measured_phi_deg", distribution.incident_phi_deg),
+    )
+    unit = unit_from_angles_deg(distribution.theta_deg, distribution.phi_deg)
+    dsf_per_sr, measured = truth.dsf_per_sr(*incident, unit), distribution.measured
+    same_side = (distribution.theta_deg <= 90.0) == (distribution.incident_theta_deg <= 90.0)
+    result: dict[str, float] = {}
+    whole = truth.integrals(*incident)
+    for name, side in (("rho", same_side), ("tau", ~same_side)):
+        inside = side & measured
+        result[f"{name}_truth"] = whole[name]
+        result[f"{name}_truth_measured"] = float(dsf_per_sr[inside] @ distribution.solid_angle_sr[inside])
+    for name, part in peak_points(distribution).items():
+        peak = measure_peak(unit[part], dsf_per_sr[part], measured[part])
+        if peak is not None:
+            result |= _named(name, peak, found)
+    return result
+
+
+def peak_points(distribution: Distribution) -> dict[str, slice]:
+    """Which points were flown about each fitted peak, by the peak's name."""
+    ending = " first_point"
+    names = [key[len("peak ") : -len(ending)] for key in distribution.integrals if key.endswith(ending)]
+    found = {}
+    for name in names:
+        first = int(distribution.integrals[f"peak {name} first_point"])
+        found[name] = slice(first, first + int(distribution.integrals[f"peak {name} points"]))
+    return found
+
+
+def _named(name: str, peak: Peak, found: dict[str, float]) -> dict[str, float]:
+    result = {f"{key}_truth": value for key, value in peak.named(name).items() if not key.endswith("masked_share")}
+    measured = unit_from_angles_deg(found[f"peak {name} theta_deg"], found[f"peak {name} phi_deg"])
+    known = unit_from_angles_deg(peak.theta_deg, peak.phi_deg)
+    result[f"peak {name} direction_error_deg"] = float(angle_between_deg(measured, known))
+    return result
