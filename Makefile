@@ -12,6 +12,7 @@ GONIO := $(BIN)/gonio
 DEMO := build/demo
 STAMPS := build/.stamps
 CMAKE := cmake -G Ninja $(if $(shell command -v ccache),-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+FUZZ := PYTHON=$(BIN)/python firmware/fuzz/run.sh build/fuzz/logs
 JOBS := 2
 
 BUILD_PACKAGES := build-essential cmake ninja-build python3 python3-venv nanopb libnanopb-dev libtomlplusplus-dev libgtest-dev
@@ -28,7 +29,7 @@ help: ## this list
 setup: $(STAMPS)/apt-build .venv/.installed $(GENERATED)/.stamp ## system packages, virtual environment, generated code
 
 build: setup build/native/build.ninja ## firmware core and twin
-	@ninja -C build/native --quiet
+	@ninja -C build/native --quiet gonio-twin gonio-twin-bench
 
 demo: build ## measure a simulated sample from end to end; results in build/demo
 	@docs/examples/demo.sh $(DEMO)
@@ -45,6 +46,7 @@ check: build $(STAMPS)/apt-check ## formatting, static analysis, types, layers
 test: test-native test-sanitize test-fuzz test-host ## all tests, sanitizer build and short fuzzing included
 
 test-native: build
+	@ninja -C build/native --quiet
 	ctest --test-dir build/native --output-on-failure
 
 test-sanitize: setup build/sanitize/build.ninja
@@ -52,8 +54,9 @@ test-sanitize: setup build/sanitize/build.ninja
 	ctest --test-dir build/sanitize --output-on-failure
 
 test-fuzz: setup $(STAMPS)/apt-check build/fuzz/build.ninja
-	@ninja -C build/fuzz --quiet
-	firmware/fuzz/run.sh build/fuzz/firmware -seed=1 -runs=30000
+	@ninja -C build/fuzz --quiet fuzzers
+	@$(FUZZ) -seed=1 -runs=30000 -- build/fuzz/firmware/fuzz_*
+	@$(FUZZ) -seed=1 -runs=3000 -- host/fuzz/fuzz_*.py
 
 test-host: build
 	cd host && ../$(BIN)/pytest -n $(JOBS)
@@ -70,8 +73,8 @@ coverage: setup build/coverage/build.ninja ## line coverage of the firmware core
 	$(BIN)/gcovr --root . --filter firmware/core build/coverage
 
 soak: setup $(STAMPS)/apt-check build/fuzz/build.ninja ## ten minutes of fuzzing per target
-	@ninja -C build/fuzz --quiet
-	firmware/fuzz/run.sh build/fuzz/firmware -max_total_time=600
+	@ninja -C build/fuzz --quiet fuzzers
+	@$(FUZZ) -max_total_time=600 -- build/fuzz/firmware/fuzz_* host/fuzz/fuzz_*.py
 
 clean: ## remove what was built (the virtual environment stays)
 	rm -rf build $(GENERATED)

@@ -138,7 +138,7 @@ static void configure(struct gn_shared *shared) {
         .rpdo_deadline_syncs = 3,
         .sdo_timeout_ms = 20,
         .boot_timeout_ms = 50,
-        .expiry_ms = 1000,
+        .expiry_ms = 3000,
     };
     request(shared, configure_request);
     for (uint32_t axis = 0; axis < AXES; axis++) {

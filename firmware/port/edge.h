@@ -1,4 +1,4 @@
-/* edge.h: the seam of the input lines. Both edges of every line are reported, stamped by the kernel and numbered per line. */
+/* edge.h: the seam of the input lines. Both edges of every line come, stamped by the kernel, numbered per line. */
 #ifndef GONIO_PORT_EDGE_H
 #define GONIO_PORT_EDGE_H
 

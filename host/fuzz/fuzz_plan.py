@@ -1,5 +1,6 @@
 """fuzz_plan.py: any bytes as a plan file end in a plan or in one UsageError, never in another exception."""
 
+import re
 import sys
 import tempfile
 from pathlib import Path
@@ -10,13 +11,40 @@ with atheris.instrument_imports(include=["gonio"]):
     from gonio.plan.schema import load_plan
     from gonio.units.errors import UsageError
 
-SEED = b'[scan]\nincident = [[0, 0], [30, 0]]\n[coarse]\npitch_deg = 6.0\n[[peak]]\nabout = "mirror"\nradius_deg = 5\n'
+SEED = b"""[sample]
+name = "tile"
+thickness_mm = 3.0
+[beam]
+kind = "focused"
+diameter_mm = 10.0
+divergence_deg = 1.0
+[scan]
+speed_deg_per_s = 30.0
+incident = [[0, 0], [30, 0]]
+[reference]
+radius_deg = 2.0
+pitch_deg = 0.5
+[coarse]
+pitch_deg = 6.0
+sphere = "whole"
+[[peak]]
+about = "mirror"
+radius_deg = 5
+pitch_deg = 1
+for_incident = [[30, 0]]
+[dark]
+duration_s = 1.0
+"""
+PARTS = re.split(rb"(?<== )(.+)", SEED)  # text, value, text, value, ..., text
 PLAN = Path(tempfile.mkdtemp(prefix="gonio-fuzz-")) / "plan.toml"
 
 
 def one_input(data: bytes) -> None:
-    cut = data[0] % len(SEED) if data else 0
-    PLAN.write_bytes(SEED[:cut] + data[1:] if data[:1] >= b"\x80" else data)
+    if len(data) > 2 and data[0] >= 128:  # a good plan with one value replaced
+        parts = list(PARTS)
+        parts[1 + 2 * (data[1] % (len(parts) // 2))] = data[2:]
+        data = b"".join(parts)
+    PLAN.write_bytes(data)
     try:
         load_plan(PLAN)
     except UsageError as error:

@@ -135,11 +135,11 @@ std::uint16_t Axis::step() {
         hold(demand_counts_, following_ ? 0.0 : demand_velocity_counts_per_s_);
     }
 
-    const double start = demand_counts_;
-    const std::uint16_t code = check_following(start);
+    const std::uint16_t code = check_following();
     if (code != 0) {
         fault(code);
     }
+    const double start = demand_counts_;
     const double end = next_set_point(start, now_ns);
     const auto zero = static_cast<double>(zero_counts_);
     encoder_before_counts_ = encoder_counts();
@@ -208,11 +208,11 @@ void Axis::set_home() {
     hold(demand_counts_ - shift, 0.0);
 }
 
-std::uint16_t Axis::check_following(double demand_counts) {
+std::uint16_t Axis::check_following() {
     const double actual = servo_.end_position_counts() - static_cast<double>(zero_counts_);
     const std::int64_t window = objects_.window.value;
     const bool watched = controlled() && state_.energised() && state_.state() != Drive_state::fault_reaction_active;
-    if (!watched || window == window_off || std::abs(demand_counts - actual) <= static_cast<double>(window)) {
+    if (!watched || window == window_off || std::abs(demand_counts_ - actual) <= static_cast<double>(window)) {
         beyond_window_ns_ = 0;
         return 0;
     }

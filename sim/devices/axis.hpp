@@ -75,7 +75,7 @@ private:
     double next_set_point(double start_counts, std::int64_t now_ns);
     double stop_step();
     void set_home();
-    std::uint16_t check_following(double demand_counts);
+    std::uint16_t check_following();
     void update_status();
 
     Axis_config config_;

@@ -31,7 +31,7 @@ struct gn_notice {
     } as;
 };
 
-/* Motion's own counters, read by the stream thread for the Counters event (plain stores of one writer, read relaxed). */
+/* Motion's own counters, read by the stream thread for the Counters event (stores of one writer, read relaxed). */
 struct gn_motion_counters {
     uint32_t syncs;
     uint32_t sync_echoes_lost;

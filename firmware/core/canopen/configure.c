@@ -7,6 +7,7 @@
 
 #include "notice.h"
 #include "pb_encode.h"
+#include "ride.h"
 
 #define COUNTS_LIMIT 2147483647.0
 
@@ -62,6 +63,21 @@ static const char *out_of_range(const struct range *ranges, uint32_t count, char
     return NULL;
 }
 
+/* The host must be able to speak some times before the stop begins. */
+#define LEAST_PATIENCE_MS 500u
+
+static const char *expiry_problem(const gonio_Configure *c, char *text, uint32_t size) {
+    uint32_t const stop_ms = gn_ride_stop_ms(c);
+    uint32_t const least_ms = stop_ms + LEAST_PATIENCE_MS;
+    if (c->expiry_ms >= least_ms) {
+        return NULL;
+    }
+    (void)snprintf(text, size, "expiry_ms is %lu; a stop may take %lu and begins after %lu at the earliest: set %lu",
+                   (unsigned long)c->expiry_ms, (unsigned long)stop_ms, (unsigned long)LEAST_PATIENCE_MS,
+                   (unsigned long)least_ms);
+    return text;
+}
+
 /* 0x60C2 holds the period as 1 to 255 units of a power of ten. */
 static bool period_fits(uint32_t period_us) {
     while (period_us % 10u == 0u) {
@@ -81,13 +97,13 @@ static const char *cycle_problem(const gonio_Configure *c, char *text, uint32_t 
         {"rpdo_deadline_syncs", c->rpdo_deadline_syncs, 2, 100},
         {"sdo_timeout_ms", c->sdo_timeout_ms, 5, 10000},
         {"boot_timeout_ms", c->boot_timeout_ms, 10, 60000},
-        {"expiry_ms", c->expiry_ms, 50, 60000},
+        {"expiry_ms", c->expiry_ms, 0, 60000},
     };
     const char *problem = out_of_range(ranges, sizeof ranges / sizeof ranges[0], text, size);
     if (problem == NULL && !period_fits(c->sync_period_us)) {
         return "sync_period_us does not fit into 0x60C2: use at most 255 times a power of ten";
     }
-    return problem;
+    return problem != NULL ? problem : expiry_problem(c, text, size);
 }
 
 void gn_configure_request(struct gn_motion *motion, uint32_t request_id, const gonio_Configure *configure) {

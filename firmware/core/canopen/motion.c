@@ -42,13 +42,14 @@ static void stop_process(struct gn_motion *motion) {
     }
 }
 
-/* The driver's silence counts from its last word, also when it is gone for good. */
+/* The driver's silence counts from its last word, also when it is gone for good. When it has lasted for the expiry, all
+ * stands and is dark: the stop begins earlier by as long as it may take. */
 static void expiry_process(struct gn_motion *motion) {
     int64_t const heard_ns = __atomic_load_n(&motion->shared->host_heard_ns, __ATOMIC_RELAXED);
     if (heard_ns > motion->heard_ns) {
         motion->heard_ns = heard_ns;
     }
-    if (motion->configured && motion->now_ns - motion->heard_ns > (int64_t)motion->cycle.expiry_ms * 1000000) {
+    if (motion->configured && motion->now_ns - motion->heard_ns > gn_ride_patience_ns(&motion->cycle)) {
         halt(motion, gonio_PathEnd_PATH_EXPIRED, "stopped: no word from the host in time; home again");
     }
 }

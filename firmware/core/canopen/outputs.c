@@ -6,7 +6,6 @@
 /* The drives lag their targets by some milliseconds; noise of an encoder must not keep the shutter open. */
 #define STILL_COUNTS 1
 #define STILL_CYCLES 5u
-#define DARK_DEADLINE_NS 250000000
 
 void gn_output_set(struct gn_motion *motion, gonio_Output output, bool on) {
     gonio_Event event = {.which_body = gonio_Event_output_tag};
@@ -31,7 +30,7 @@ void gn_shutter_close_when_still(struct gn_motion *motion) {
     if (motion->shutter_open && !motion->dark_when_still) {
         motion->dark_when_still = true;
         motion->still_cycles = 0;
-        motion->dark_deadline_ns = motion->now_ns + DARK_DEADLINE_NS;
+        motion->dark_deadline_ns = motion->now_ns + (int64_t)GN_DARK_DEADLINE_MS * 1000000;
     }
 }
 
@@ -43,8 +42,10 @@ void gn_shutter_process(struct gn_motion *motion) {
         motion->standing_counts[i] = motion->axes[i].measured_counts;
     }
     motion->still_cycles = still ? motion->still_cycles + 1u : 0u;
-    if (motion->dark_when_still &&
-        (motion->still_cycles >= STILL_CYCLES || motion->now_ns >= motion->dark_deadline_ns)) {
+    if (motion->path.state != GN_PATH_IDLE) { /* a hold may be slow, and what it passes is still measured */
+        motion->dark_deadline_ns = motion->now_ns + (int64_t)GN_DARK_DEADLINE_MS * 1000000;
+    } else if (motion->dark_when_still &&
+               (motion->still_cycles >= STILL_CYCLES || motion->now_ns >= motion->dark_deadline_ns)) {
         gn_shutter_close(motion);
     }
 }

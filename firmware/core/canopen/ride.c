@@ -9,6 +9,18 @@
 #include "notice.h"
 #include "outputs.h"
 
+/* The shutter's own travel. */
+#define SHUTTER_MS 50u
+
+uint32_t gn_ride_stop_ms(const gonio_Configure *cycle) {
+    uint32_t const cycle_ms = (cycle->sync_period_us + 999u) / 1000u;
+    return GN_PATH_HOLD_MS + GN_DARK_DEADLINE_MS + SHUTTER_MS + 2u * cycle_ms;
+}
+
+int64_t gn_ride_patience_ns(const gonio_Configure *cycle) {
+    return ((int64_t)cycle->expiry_ms - gn_ride_stop_ms(cycle)) * 1000000;
+}
+
 static void finish(struct gn_motion *motion, gonio_PathEnd end) {
     gn_event_path(motion, end);
     gn_path_drop(&motion->path);

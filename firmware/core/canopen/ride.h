@@ -12,4 +12,10 @@ void gn_ride_step(struct gn_motion *motion);
 /* Controlled stop; the first reason stays, but a fault replaces it. */
 void gn_ride_halt(struct gn_motion *motion, gonio_PathEnd end);
 
+/* From the order to stop until the axes stand and the shutter is shut, at the latest: the hold at its guaranteed rate,
+ * the drives' lag, the shutter, two cycles. */
+uint32_t gn_ride_stop_ms(const gonio_Configure *cycle);
+/* How long the host may be silent before the stop begins, so that it is over at the expiry. */
+int64_t gn_ride_patience_ns(const gonio_Configure *cycle);
+
 #endif

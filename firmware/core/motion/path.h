@@ -15,6 +15,8 @@
 /* Every accepted segment leaves this much of the acceleration limits to the feed: |q''| + rate |q'| <= limit. A feed
  * hold is thus within the limits everywhere on the path, and ends after 1 / (2 rate) of path time at the latest. */
 #define GN_PATH_HOLD_RATE_PER_S 0.5
+/* From full feed a hold is thus over after this long at the latest. */
+#define GN_PATH_HOLD_MS ((uint32_t)(1000.0 / GN_PATH_HOLD_RATE_PER_S))
 /* Knot 0 may be this far from where the axes stand: the noise of an encoder at rest, 0.02 degrees. */
 #define GN_PATH_START_TOLERANCE_COUNTS 20.0
 

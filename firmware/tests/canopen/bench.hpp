@@ -49,7 +49,7 @@ public:
         c.rpdo_deadline_syncs = 3;
         c.sdo_timeout_ms = 200;
         c.boot_timeout_ms = 2000;
-        c.expiry_ms = 1000;
+        c.expiry_ms = 3000;
         c.sample_period_us = 1000;
         c.samples_per_strobe = 10;
         return c;

@@ -65,6 +65,10 @@ TEST(Commands, invalid_cycles_are_refused) {
     config.sync_window_us = 2001;
     EXPECT_STREQ(configure(bench, config).text, "sync_window_us is 2001; it must be 100 to 2000");
     config = Bench::configure_message();
+    config.expiry_ms = 2803;
+    EXPECT_STREQ(configure(bench, config).text,
+                 "expiry_ms is 2803; a stop may take 2304 and begins after 500 at the earliest: set 2804");
+    config = Bench::configure_message();
     config.sync_period_us = 2570;
     EXPECT_EQ(configure(bench, config).code, gonio_ReplyCode_REPLY_INVALID); // 257 * 10^-5 s: not in one byte
     EXPECT_EQ(bench.motion->state, gonio_InstrumentState_STATE_UNCONFIGURED);

@@ -35,11 +35,11 @@ def register(app: typer.Typer) -> None:
 
 
 def twin_run(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file.")],
+    scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="Sample, beam, errors, faults.")],
     virtual: Annotated[bool, typer.Option("--virtual", help="Lock-step virtual time instead of real time.")] = False,
     listen: Annotated[str, typer.Option(metavar="HOST:PORT", help="Port 0: a free one.")] = "127.0.0.1:0",
-    truth: Annotated[Path | None, typer.Option(help="Write the true state at every sample.")] = None,
-    journal: Annotated[Path | None, typer.Option(help="Write the final state.")] = None,
+    truth: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the true state at every sample.")] = None,
+    journal: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the final state, JSON.")] = None,
 ) -> None:
     """Start a simulated instrument and print its address; Ctrl-C ends it."""
     from gonio.link.transport import twin_program

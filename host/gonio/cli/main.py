@@ -61,8 +61,7 @@ def run(arguments: Sequence[str]) -> int:
             _say(f"{text} (see gonio --help)")
         return 2
     except (typer.Abort, KeyboardInterrupt):
-        _say("interrupted")
-        return INTERRUPTED
+        status = INTERRUPTED
     except BrokenPipeError:
         return 1  # who read our output has gone
     except Exception as error:
@@ -71,6 +70,8 @@ def run(arguments: Sequence[str]) -> int:
         text = " ".join(str(error).split())
         _say(f"internal error: {type(error).__name__}: {text} (gonio --debug ... shows where)")
         return INTERNAL_ERROR
+    if status == INTERRUPTED:  # typer turns Ctrl-C into this status itself
+        _say("interrupted: no file was left half written")
     return status if isinstance(status, int) else 0
 
 

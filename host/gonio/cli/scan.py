@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from gonio.cli.device import DeviceOption, InstrumentOption, JsonOption
+from gonio.cli.places import check_inputs, check_outputs
 
 
 def register(app: typer.Typer) -> None:
@@ -18,7 +19,7 @@ def register(app: typer.Typer) -> None:
 
 
 def plan(
-    plan_file: Annotated[Path, typer.Argument(metavar="PLAN.toml")],
+    plan_file: Annotated[Path, typer.Argument(metavar="PLAN.toml", help="What to measure.")],
     preview: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Draw the detector's path.")] = None,
     instrument: InstrumentOption = None,
     as_json: JsonOption = False,
@@ -28,6 +29,8 @@ def plan(
     from gonio.plan.program import PathStep
     from gonio.units.instrument import load_instrument
 
+    check_inputs(plan_file)
+    check_outputs(preview, inputs=[plan_file, instrument])
     described = load_instrument(instrument)
     program = compile_plan(plan_file, described)
     if preview:
@@ -59,7 +62,7 @@ def plan(
 
 
 def scan(
-    plan_file: Annotated[Path, typer.Argument(metavar="PLAN.toml")],
+    plan_file: Annotated[Path, typer.Argument(metavar="PLAN.toml", help="What to measure.")],
     *,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="RAW.mcap", help="Raw log; must not exist.")],
     device: DeviceOption,
@@ -77,6 +80,8 @@ def scan(
     from gonio.plan.compile import compile_plan
     from gonio.units.instrument import load_instrument
 
+    check_inputs(plan_file)
+    check_outputs(output, twin_truth, twin_journal, inputs=[plan_file, instrument])
     named = parse_device(device)
     described = load_instrument(instrument)
     program = compile_plan(plan_file, described)

@@ -1,6 +1,7 @@
 """atomic.py: write a file beside its place and move it there, so that a reader never sees half of it."""
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from gonio.units.errors import UsageError
@@ -13,5 +14,7 @@ def write_bytes(path: Path, content: bytes) -> None:
         part.write_bytes(content)
         os.replace(part, path)
     except OSError as error:
-        part.unlink(missing_ok=True)
-        raise UsageError(f"cannot write {path}: {error.strerror}; choose another folder") from error
+        raise UsageError(f"{path}: cannot be written, {error.strerror}: choose another place") from error
+    finally:
+        with suppress(OSError):  # gone already when all went well
+            part.unlink()

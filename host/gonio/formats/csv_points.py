@@ -8,6 +8,7 @@ import numpy as np
 
 from gonio.dataset.bsdf import Dataset, PointFlag
 from gonio.formats import atomic
+from gonio.units.errors import UsageError
 
 HEADER = (
     "channel",
@@ -24,12 +25,17 @@ HEADER = (
 )
 
 
-def write(dataset: Dataset, path: Path) -> int:
-    """Writes all points and returns their number. A masked point has an empty value and its reasons in `flags`.
+def write(dataset: Dataset, path: Path, *, channel: str | None = None) -> int:
+    """Writes the points of all channels, or of one, and returns their number.
 
+    A masked point has an empty value and its reasons in `flags`.
     `u_dsf_per_sr` is the standard uncertainty of the independent part; BSDF = DSF / |cos theta_s|, empty within
-    0.001 degrees of grazing, where it is singular. The file is written whole or not at all.
+    0.001 degrees of grazing, where it is singular. The file is written whole or not at all. UsageError for a channel
+    that is not there.
     """
+    present = sorted({d.channel for d in dataset.distributions})
+    if channel is not None and channel not in present:
+        raise UsageError(f"no channel {channel!r} in the dataset; it has {', '.join(present)}")
     out = io.StringIO(newline="")
     out.write(f"# gonio points; sample: {_line(dataset.sample_name)}; front faces: {dataset.front_faces}\n")
     out.write(f"# polarisation: {dataset.polarisation}; symmetry: {dataset.symmetry} (as declared)\n")
@@ -37,7 +43,7 @@ def write(dataset: Dataset, path: Path) -> int:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(HEADER)
     total = 0
-    for d in dataset.distributions:
+    for d in (d for d in dataset.distributions if channel in (None, d.channel)):
         cosine = np.abs(np.cos(np.radians(d.theta_deg)))
         singular = cosine < np.sin(np.radians(0.001))
         bsdf = np.divide(d.dsf_per_sr, cosine, out=np.full_like(cosine, np.nan), where=~singular)

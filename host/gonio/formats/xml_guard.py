@@ -17,9 +17,9 @@ def read_limited(path: Path) -> bytes:
         with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror}") from error
+        raise UsageError(f"{path}: cannot be read, {error.strerror}: check name and rights") from error
     if len(content) > MAX_BYTES:
-        raise UsageError(f"{path} is larger than {MAX_BYTES // 2**20} MiB: not read")
+        raise UsageError(f"{path}: larger than {MAX_BYTES // 2**20} MiB and not read: is it the right file?")
     return content
 
 

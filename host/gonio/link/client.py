@@ -18,7 +18,7 @@ from gonio.protocol.generated import records
 from gonio.protocol.messages import check_reply, code_name, request_name
 from gonio.units.errors import InstrumentFault, UsageError
 
-ALIVE_INTERVAL_NS = 200_000_000  # a fifth of the default expiry
+ALIVE_INTERVAL_NS = 200_000_000  # three words and more before the firmware begins to stop (protocol/link.md)
 REPLY_TIMEOUT_NS = 2_000_000_000  # the firmware answers within a cycle; two seconds mean that it does not
 SOFTWARE = "gonio-host 0.1.0"
 _Message = TypeVar("_Message", pb.Hello, pb.Event, pb.Reply)

@@ -82,16 +82,22 @@ class Coverage:
 
 
 def elevations(instrument: Instrument, pitch_deg: float) -> FloatArray:
-    """Elevations (n,) of the circles, rising, exactly a pitch apart; the highest half a pitch from the pole if it can.
+    """Elevations (n,) of the circles, rising: multiples of the pitch, so that the arm's equator, the plane of source
+    and mirror direction, is one of them.
 
-    Where more than 3/4 of a pitch would be left below, one more circle lies at the lower limit.
+    Where more than 3/4 of a pitch would be left to a pole or limit, one more circle lies at that limit, or half a pitch
+    from the pole.
     """
     axis = instrument.axes[axis_numbers(instrument, "detector")[1]]
     low = max(axis.min_deg + _MARGIN_DEG, -90.0 + 0.5 * pitch_deg)
     high = min(axis.max_deg - _MARGIN_DEG, 90.0 - 0.5 * pitch_deg)
-    found = high - pitch_deg * np.arange(int(np.floor((high - low) / pitch_deg + 1e-9)), -1.0, -1.0)
-    lowest = max(axis.min_deg, -90.0)
-    return np.concatenate(([low], found)) if found[0] - lowest > 0.75 * pitch_deg else found
+    steps = np.arange(np.ceil(low / pitch_deg - 1e-9), np.floor(high / pitch_deg + 1e-9) + 1.0)
+    found = pitch_deg * steps
+    if found[0] - max(axis.min_deg, -90.0) > 0.75 * pitch_deg:
+        found = np.concatenate(([low], found))
+    if min(axis.max_deg, 90.0) - found[-1] > 0.75 * pitch_deg:
+        found = np.concatenate((found, [high]))
+    return found
 
 
 def circles(coverage: Coverage, speed_deg_per_s: float, beyond_deg: float) -> list[Circle]:
@@ -150,9 +156,11 @@ def unreachable(coverage: Coverage, incident: tuple[float, float]) -> list[Unrea
     """Directions of the circles, a pitch apart, that limits or zones keep the arm from, with the reason of each."""
     pitch = coverage.pitch_deg
     planned = elevations(coverage.instrument, pitch)
-    steps = np.arange(1.0, 180.0 / pitch + 1.0)
-    above, below = planned[-1] + pitch * steps, planned[0] - pitch * steps
-    rows = np.concatenate((below[below > -90.0], planned, above[above < 90.0]))
+    beyond = pitch * np.arange(1.0, 180.0 / pitch + 1.0)
+    above, below = planned[-1] + beyond, planned[0] - beyond
+    # A row that falls beyond a pole by less than half a pitch is the pole itself.
+    above, below = above[above < 90.0 + 0.5 * pitch], below[below > -90.0 - 0.5 * pitch]
+    rows = np.concatenate((np.maximum(below, -90.0), planned, np.minimum(above, 90.0)))
     counts = np.maximum(1, np.rint(360.0 * np.cos(np.radians(rows)) / pitch).astype(int))
     elevation = np.repeat(rows, counts)
     azimuth = np.concatenate([np.arange(n) * 360.0 / n - 180.0 for n in counts])

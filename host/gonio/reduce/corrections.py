@@ -176,14 +176,16 @@ def shot_variance_per_count(signal: FloatArray, dark_variance: FloatArray, conse
     joined = np.convolve(~consecutive, np.ones(4), mode="valid")[1:] == 0
     order = np.flatnonzero(joined & (level > 0.0))
     order = order[np.argsort(level[order])]
-    slope = 0.0
     bins = [part for part in np.array_split(order, 50) if len(part) >= 30]
     if not bins:
         return 0.0
     excess = np.array([np.median(local[part]) / 0.4549 - np.mean(floor[part]) for part in bins])
     at = np.array([np.mean(level[part]) for part in bins])
     below = np.array([np.mean(floor[part]) for part in bins])
+    slope = max(float(excess.sum() / at.sum()), 0.0)
     for _ in range(10):
-        weight = 1.0 / np.maximum(below + slope * at, 1e-300) ** 2
-        slope = max(float(np.sum(weight * at * excess) / np.sum(weight * at * at)), 0.0)
+        spread = below + slope * at  # a median's uncertainty goes with the variance itself
+        if not spread.all():  # no noise at all, nothing to weigh by
+            break
+        slope = max(float(np.sum(at * excess / spread**2) / np.sum((at / spread) ** 2)), 0.0)
     return slope

@@ -5,35 +5,33 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from gonio.dataset.bsdf import Distribution
-from gonio.geometry.cells import hemisphere_solid_angles_sr, solid_angles_sr
 from gonio.geometry.directions import unit_from_angles_deg
 
 FloatArray = NDArray[np.float64]
 
 # A masked direction takes the value of the measured one next to it, but not from farther than this.
 FILL_REACH_DEG = 6.0
+_BAND_DEG = 2.0
+_GRAZING = 1e-6  # cosine below which a BSDF means nothing
 
 
-def cells_of(unit: FloatArray) -> FloatArray:
-    """Solid angles (n,) of directions (n, 3): over the whole sphere, or cut at the horizon if all lie on one side."""
-    one_side = len(unit) > 0 and (np.all(unit[:, 2] >= 0.0) or np.all(unit[:, 2] <= 0.0))
-    return hemisphere_solid_angles_sr(unit) if one_side else solid_angles_sr(unit)
+def integrals(distribution: Distribution, projected_sr: FloatArray | None = None) -> dict[str, float]:
+    """Sums over the points' cells, with names as keys: DSF times solid angle, or, where the cells' projected solid
+    angles (n,) are given, BSDF times those: better for cells so large that cos theta changes over them.
 
-
-def integrals(distribution: Distribution) -> dict[str, float]:
-    """Sums over the points' cells, plain solid angle, with names as keys.
-
-    rho, tau: over the hemisphere of the incident direction and the other one; directions that are masked hold the
-    value of their nearest measured neighbour within FILL_REACH_DEG (rho_filled, tau_filled is that part; the rest
-    counts as 0). rho_u, tau_u: standard uncertainty from noise and P_i. measured_share_*: measured solid angle
-    over 2 pi; measured_cosine_share_*: the same weighted by cos theta, over pi. masked_sr_*: solid angle of the masked
-    points.
+    rho, tau: over the hemisphere of the incident direction and the other one, as far as cells reach; directions that
+    are masked hold the value of their nearest measured neighbour within FILL_REACH_DEG (rho_filled, tau_filled is that
+    part, rho_measured, tau_measured the rest). rho_u, tau_u: standard uncertainty from noise and P_i.
+    rho_measured_share, tau_measured_share: share of the cosine-weighted hemisphere that measured cells cover.
+    measured_share_*: measured solid angle over 2 pi; measured_cosine_share_*: the same weighted by cos theta, over pi.
+    masked_sr_*: solid angle of the masked points.
     """
     unit = unit_from_angles_deg(distribution.theta_deg, distribution.phi_deg)
-    omega, measured = distribution.solid_angle_sr, distribution.measured
+    omega, measured, cosine = distribution.solid_angle_sr, distribution.measured, np.abs(unit[:, 2])
+    projected = omega * cosine if projected_sr is None else projected_sr
+    weight = omega if projected_sr is None else projected_sr / np.maximum(cosine, _GRAZING)
     incident_up = distribution.incident_theta_deg <= 90.0
     same_side = (distribution.theta_deg <= 90.0) == incident_up
-    value = np.where(measured, distribution.dsf_per_sr, 0.0)
     fill = fill_masked(unit, distribution.dsf_per_sr, measured)
     result: dict[str, float] = {}
     for name, of_side, side in (
@@ -41,15 +39,28 @@ def integrals(distribution: Distribution) -> dict[str, float]:
         ("tau", "back" if incident_up else "front", ~same_side),
     ):
         inside, outside = side & measured, side & ~measured
-        own, filled = float(value[inside] @ omega[inside]), float(fill[outside] @ omega[outside])
-        noise2 = float(distribution.variance_per_sr2[inside] @ omega[inside] ** 2)
+        own, filled = float(distribution.dsf_per_sr[inside] @ weight[inside]), float(fill[outside] @ weight[outside])
+        noise2 = float(distribution.variance_per_sr2[inside] @ weight[inside] ** 2)
+        share = float(projected[inside].sum()) / np.pi
         result[name] = own + filled
+        result[f"{name}_measured"] = own
         result[f"{name}_filled"] = filled
         result[f"{name}_u"] = float(np.hypot(np.sqrt(noise2), distribution.p_i_u_rel * own))
+        result[f"{name}_measured_share"] = share
         result[f"measured_share_{of_side}"] = float(omega[inside].sum()) / (2.0 * np.pi)
-        result[f"measured_cosine_share_{of_side}"] = float(omega[inside] @ np.abs(unit[inside, 2])) / np.pi
+        result[f"measured_cosine_share_{of_side}"] = share
         result[f"masked_sr_{of_side}"] = float(omega[outside].sum())
     return result
+
+
+def zero_forty_five(distribution: Distribution) -> float | None:
+    """0:45 reflectance: pi times the mean BSDF within 2 degrees of theta = 45 degrees; None where that is not measured
+    or incidence is not normal."""
+    near = distribution.measured & (np.abs(distribution.theta_deg - 45.0) <= _BAND_DEG)
+    if distribution.incident_theta_deg > 1.0 or not near.any():
+        return None
+    cosine = np.cos(np.radians(distribution.theta_deg[near]))
+    return float(np.pi * np.mean(distribution.dsf_per_sr[near] / cosine))
 
 
 def fill_masked(unit: FloatArray, dsf_per_sr: FloatArray, measured: NDArray[np.bool_]) -> FloatArray:

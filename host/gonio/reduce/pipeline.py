@@ -1,5 +1,6 @@
 """pipeline.py: reduces a raw log (or imported points) to a dataset: the corrections in order, and what they used."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -8,12 +9,13 @@ import numpy as np
 import scipy
 
 from gonio.dataset.bsdf import MASKED, Dataset, Distribution
+from gonio.geometry.cells import covered_cells_sr
 from gonio.geometry.directions import angle_between_deg, angles_deg_from_unit, unit_from_angles_deg
 from gonio.rawlog.reader import RawLog
 from gonio.reduce.beam import Beam, measure_beam
 from gonio.reduce.corrections import shot_variance_per_count, smooth_variance
 from gonio.reduce.flown import Flown, Losses, flown_paths
-from gonio.reduce.integrals import cells_of, integrals
+from gonio.reduce.integrals import integrals
 from gonio.reduce.masks import shade_angle_deg
 from gonio.reduce.peaks import measure_peak
 from gonio.reduce.points import Points, Scale, binned, cells, distribution_of, points_of, unreachable_points
@@ -31,6 +33,7 @@ CORRECTIONS = (
     "masks: shade of the detector's head, saturation, unreachable directions",
     "variance: noise measured in the dark plus shot noise and monitor noise estimated from the scan, as white noise",
 )
+_WORKERS = 2  # more would cost memory: half a gigabyte each for a million samples
 
 
 @dataclass(frozen=True)
@@ -54,16 +57,20 @@ def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None) -> Datas
     beam, beam_points, scale = _free_beam([path for path in flown if path.kind == "reference"], flown)
     shade_deg = shade_angle_deg(instrument, metadata.get("beam", {}))
     channel = str(metadata.get("channel", "visible"))
-    directions = list(dict.fromkeys(path.incident_deg for path in flown if path.incident_deg is not None))
+    measuring = [path for path in flown if path.kind != "reference"]
+    directions = list(dict.fromkeys(path.incident_deg for path in measuring if path.incident_deg is not None))
     if not directions:
         raise UsageError("the raw log holds no sample of a coarse or peak path: nothing to reduce")
-    distributions = []
-    for incident_deg in directions:
-        own = [path for path in flown if path.incident_deg == incident_deg and path.kind != "reference"]
-        if own:
-            unreachable = metadata.get("unreachable", ())
-            distributions.append(_distribution(own, incident_deg, scale, shade_deg, (unreachable, options)))
-            distributions[-1].channel = channel
+    unreachable = metadata.get("unreachable", ())
+
+    def of_direction(incident_deg: tuple[float, float]) -> Distribution:
+        own = [path for path in measuring if path.incident_deg == incident_deg]
+        return _distribution(own, incident_deg, scale, shade_deg, (unreachable, options))
+
+    with ThreadPoolExecutor(_WORKERS) as workers:  # the convex hulls, most of the work, run outside Python's lock
+        distributions = list(workers.map(of_direction, directions))
+    for distribution in distributions:
+        distribution.channel = channel
     sample = metadata.get("sample", {})
     thickness_mm = sample.get("thickness_mm")
     return Dataset(
@@ -81,7 +88,7 @@ def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None) -> Datas
             "raw_sha256": list(rawlog.sha256s),
             "raw_problem": rawlog.problem,
             "counters": _counters(rawlog, losses),
-            "notes": losses.notes + _not_flown(metadata, flown),
+            "notes": losses.notes + beam.notes() + _not_flown(metadata, flown),
             "noise": {
                 "dark_counts_rms": [float(v) for v in np.sqrt(dark.variance_counts2)],
                 "dark_counts": dark.counts.mean(axis=0).tolist(),
@@ -98,12 +105,14 @@ def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None) -> Datas
 
 
 def reduce_dataset(dataset: Dataset) -> Dataset:
-    """Cells and integrals for points that were not flown here (imported). The DSF stays as it is."""
+    """Cells and integrals for points that were not flown here (imported). The DSF stays as it is; cells end where the
+    points do."""
     distributions = []
     for distribution in dataset.distributions:
         unit = unit_from_angles_deg(distribution.theta_deg, distribution.phi_deg)
-        with_cells = replace(distribution, solid_angle_sr=cells_of(unit))
-        with_cells.integrals = integrals(with_cells)
+        omega, moment = covered_cells_sr(unit)
+        with_cells = replace(distribution, solid_angle_sr=omega)
+        with_cells.integrals = integrals(with_cells, np.abs(moment[:, 2]))
         distributions.append(with_cells)
     steps = [*dataset.provenance.get("corrections", []), "cells and integrals of the points as imported"]
     return replace(dataset, distributions=distributions, provenance={**dataset.provenance, "corrections": steps})
@@ -167,14 +176,15 @@ def _distribution(
     for path_id, path in paths.items():
         if path.kind != "peak":
             continue
-        first, end = np.searchsorted(points.path, (numbers[path_id], numbers[path_id] + 1))
-        of_path = slice(int(first), int(end))
+        # One piece: where a path was flown in two segments, nothing of this incident direction lies between them.
+        own_points = np.flatnonzero(points.path == numbers[path_id])
+        of_path = slice(int(own_points[0]), int(own_points[-1]) + 1)
         peak = measure_peak(points.unit[of_path], distribution.dsf_per_sr[of_path], distribution.measured[of_path])
         if peak is not None:
             distribution.integrals |= peak.named(path.name)
             distribution.integrals |= {
-                f"peak {path.name} first_point": float(first),
-                f"peak {path.name} points": float(end - first),
+                f"peak {path.name} first_point": float(of_path.start),
+                f"peak {path.name} points": float(len(own_points)),
             }
     return distribution
 

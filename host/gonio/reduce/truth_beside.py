@@ -1,4 +1,4 @@
-"""truth_beside.py: what the very same evaluation gives for a known truth: integrals and fitted peaks, beside those measured."""
+"""truth_beside.py: what the same sums and fits give for a known truth, beside those of the measurement."""
 
 from typing import Protocol
 

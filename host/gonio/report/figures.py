@@ -16,12 +16,13 @@ from PIL import Image
 
 from gonio.dataset.bsdf import Distribution
 from gonio.geometry.directions import unit_from_angles_deg
+from gonio.reduce.truth_beside import KnownTruth
 from gonio.report.polar_grid import Half, hemisphere_image, plane_directions, plane_profile
-from gonio.report.truth import DsfTruth
 
 INK, MUTED, ACCENT, SECOND = "#1c2733", "#66727f", "#00538a", "#c8541b"
 MASK_GREY = "#c9ced4"
 _MOST_PATH_POINTS = 20_000
+_MEAN_OVER_DEG = 1.0
 _STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9,
@@ -52,7 +53,7 @@ def polar_maps(d: Distribution, dpi: int = 110) -> str:
     with mpl.rc_context(_STYLE):
         images = {half: image for half in HALVES if (image := hemisphere_image(d, half)) is not None}
         figure = Figure(figsize=(4.3 * len(images) + 0.9, 4.3), dpi=dpi, layout="constrained")
-        low, top = _range(d.dsf_per_sr[d.measured])
+        low, top = _range(d)
         norm = LogNorm(low, top)
         panels: Sequence[Axes] = figure.subplots(1, len(images), squeeze=False)[0]
         drawn = None
@@ -73,7 +74,7 @@ def polar_maps(d: Distribution, dpi: int = 110) -> str:
         return data_uri(figure, dpi)
 
 
-def plane_figure(d: Distribution, truth: DsfTruth | None, dpi: int = 110) -> str:
+def plane_figure(d: Distribution, truth: KnownTruth | None, dpi: int = 110) -> str:
     """Scatter plane on a log axis; with a truth its line, and the deviation at the points below."""
     profile = plane_profile(d)
     with mpl.rc_context(_STYLE):
@@ -92,9 +93,9 @@ def plane_figure(d: Distribution, truth: DsfTruth | None, dpi: int = 110) -> str
                 angle,
                 np.where(profile.dsf_per_sr[mine] > 0, profile.dsf_per_sr[mine], np.nan),
                 ".",
-                ms=2.6,
+                ms=2.2,
                 color=ACCENT,
-                label=f"measured, within {profile.band_deg:.1f}\u00b0 of the plane",
+                label=f"measured, within {profile.band_deg:.2g}\u00b0 of the plane",
             )
             if truth is not None:
                 _draw_truth(axes, grid[1][column], d, truth, profile.index[mine], angle, side)
@@ -112,7 +113,7 @@ def _draw_truth(
     axes: Axes,
     lower: Axes,
     d: Distribution,
-    truth: DsfTruth,
+    truth: KnownTruth,
     index: NDArray[np.int64],
     angle: NDArray[np.float64],
     side: Half,
@@ -120,12 +121,15 @@ def _draw_truth(
     fine = np.arange(-89.9, 89.95, 0.1)
     signed = fine if side == "front" else np.where(fine >= 0, 180.0 - fine, -180.0 - fine)
     line = truth.dsf_per_sr(d.incident_theta_deg, d.incident_phi_deg, plane_directions(d, signed))
-    axes.semilogy(fine, np.where(line > 0, line, np.nan), "-", lw=1.0, color=SECOND, label="truth, convolved", zorder=1)
+    axes.semilogy(fine, np.where(line > 0, line, np.nan), "-", lw=0.9, color=SECOND, label="truth, convolved", zorder=3)
     points = unit_from_angles_deg(d.theta_deg[index], d.phi_deg[index])
     at_points = truth.dsf_per_sr(d.incident_theta_deg, d.incident_phi_deg, points)
     good = at_points > 0
     deviation = 100 * (d.dsf_per_sr[index][good] / at_points[good] - 1)
-    lower.plot(angle[good], deviation, ".", ms=2.2, color=ACCENT)
+    lower.plot(angle[good], deviation, ".", ms=1.6, color=ACCENT, alpha=0.35, mew=0)
+    bins, place = np.unique(np.floor(angle[good] / _MEAN_OVER_DEG), return_inverse=True)
+    means = np.bincount(place, deviation, len(bins)) / np.bincount(place, minlength=len(bins))
+    lower.plot((bins + 0.5) * _MEAN_OVER_DEG, means, ".", ms=2.4, color=INK, mew=0)
     lower.axhline(0, lw=0.8, color=SECOND)
     spread = float(np.clip(np.quantile(np.abs(deviation), 0.98) * 1.4, 1.0, 100.0)) if good.any() else 1.0
     lower.set_ylim(-spread, spread)
@@ -231,13 +235,18 @@ def _mark_directions(axes: Axes, d: Distribution, half: Half) -> None:
         axes.annotate(name, (x, y), xytext=(5, 5), textcoords="offset points", fontsize=7, color=SECOND, bbox=_box())
 
 
-def _range(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Lower and upper end of the logarithmic colour scale: at most six decades, at least one."""
-    positive = values[np.isfinite(values) & (values > 0)]
-    if not len(positive):
+def _range(d: Distribution) -> tuple[float, float]:
+    """Ends of the logarithmic colour scale: from what all but 1 % of the measured solid angle exceeds, however densely
+    a peak was flown, to the maximum; at least one decade, at most eight."""
+    used = d.measured & (d.dsf_per_sr > 0)
+    if not used.any():
         return 1e-6, 1.0
-    top = float(positive.max())
-    return min(max(float(np.quantile(positive, 0.02)), top * 1e-6), top / 10), top
+    order = np.argsort(d.dsf_per_sr[used])
+    values, weight = d.dsf_per_sr[used][order], d.solid_angle_sr[used][order]
+    share = np.cumsum(weight if weight.any() else np.ones(len(values)))
+    top = float(values[-1])
+    low = float(values[np.searchsorted(share, 0.01 * share[-1])])
+    return min(max(low, top * 1e-8), top / 10), top
 
 
 def _folded(angle_deg: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -23,8 +23,10 @@ def percent(value: float | None, decimals: int = 1) -> str:
     return "\u2013" if value is None or not np.isfinite(value) else f"{100 * value:.{decimals}f} %"
 
 
-def signed_percent(value: float | None, decimals: int = 2) -> str:
-    return "\u2013" if value is None or not np.isfinite(value) else f"{100 * value:+.{decimals}f} %"
+def signed_percent(value: float | None, decimals: int = 3) -> str:
+    if value is None or not np.isfinite(value):
+        return "\u2013"
+    return f"{round(100 * value, decimals) + 0.0:+.{decimals}f} %"  # no negative zero
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, text_columns: Sequence[int] = ()) -> str:

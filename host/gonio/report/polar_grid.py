@@ -15,6 +15,9 @@ Half = Literal["front", "back"]
 
 _REACH_FACTOR = 2.0  # a pixel farther than this many usual distances from any point shows nothing
 _MOST_REACH_DEG = 10.0
+_BANDS_DEG = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 4.0)  # half widths about the plane of incidence, tried in turn
+_SHOWN_DEG, _ENOUGH = 3.0, 0.85  # a band shows enough with this share of the bins that the widest one fills
+_THIN_DEG, _MOST_PER_BIN = 0.5, 12
 
 
 @dataclass(frozen=True)
@@ -60,18 +63,29 @@ def hemisphere_image(d: Distribution, half: Half, size: int = 320) -> Hemisphere
     return HemisphereImage(values, masked)
 
 
-def plane_profile(d: Distribution, band_deg: float = 0.6, least: int = 40) -> PlaneProfile:
-    """Measured points within a band about the plane of incidence, by angle; the band grows until it holds `least`."""
+def plane_profile(d: Distribution) -> PlaneProfile:
+    """Measured points near the plane of incidence, by angle, thinned to _MOST_PER_BIN per _THIN_DEG.
+
+    The band about the plane is the narrowest that shows nearly as much of the plane as the widest one does.
+    """
     units = unit_from_angles_deg(d.theta_deg, d.phi_deg)
     phi = np.radians(d.incident_phi_deg)
     towards_mirror = np.array([-np.cos(phi), -np.sin(phi), 0.0])
     across = np.degrees(np.arcsin(np.clip(units @ np.array([np.sin(phi), -np.cos(phi), 0.0]), -1, 1)))
     angle = np.degrees(np.arctan2(units @ towards_mirror, units[:, 2]))
-    band = band_deg
-    while band < 4.0 and np.count_nonzero(d.measured & (np.abs(across) <= band)) < least:
-        band *= 1.5
-    index = np.flatnonzero(d.measured & (np.abs(across) <= band))
-    index = index[np.argsort(angle[index])]
+    distance = np.where(d.measured, np.abs(across), np.inf)
+
+    def shown(band: float) -> int:
+        return len(np.unique(np.floor(angle[distance <= band] / _SHOWN_DEG)))
+
+    most = shown(_BANDS_DEG[-1])
+    band = next(b for b in _BANDS_DEG if shown(b) >= _ENOUGH * most)
+    index = np.flatnonzero(distance <= band)
+    index = index[np.argsort(angle[index], kind="stable")]
+    bins = np.floor(angle[index] / _THIN_DEG)
+    _, first, count = np.unique(bins, return_index=True, return_counts=True)
+    step = np.repeat(np.ceil(count / _MOST_PER_BIN), count)
+    index = index[(np.arange(len(index)) - np.repeat(first, count)) % step == 0]
     return PlaneProfile(angle[index], d.dsf_per_sr[index], index, band)
 
 

@@ -9,7 +9,7 @@ body{margin:0 auto;max-width:68rem;padding:1.5rem 1.25rem 4rem;font:16px/1.55 sy
 h1{font-size:1.7rem;line-height:1.2;margin:.2rem 0 .3rem}
 h2{font-size:1.2rem;margin:2.6rem 0 .7rem;padding-top:.9rem;border-top:1px solid var(--line)}
 h3{font-size:1rem;margin:1.6rem 0 .4rem}
-p{max-width:46rem;margin:.5rem 0}
+p{max-width:54rem;margin:.5rem 0}
 .lead,.note,figcaption{color:var(--muted)}
 .note,figcaption{font-size:.86rem}
 .eyebrow{color:var(--accent);font-size:.8rem;font-weight:600;letter-spacing:.06em;text-transform:uppercase}
@@ -22,7 +22,7 @@ a{color:var(--accent);text-decoration:none}a:hover{text-decoration:underline}
 .scroll{overflow-x:auto;margin:.7rem 0}
 table{border-collapse:collapse;font-size:.88rem;font-variant-numeric:tabular-nums;min-width:100%}
 th,td{text-align:right;padding:.34rem .7rem;border-bottom:1px solid var(--line);white-space:nowrap}
-th{font-weight:600;color:var(--muted);border-bottom:1.5px solid var(--muted);vertical-align:bottom}
+th{white-space:normal;font-weight:600;color:var(--muted);border-bottom:1.5px solid var(--muted);vertical-align:bottom}
 th:first-child,td:first-child,td.text,th.text{text-align:left}
 td.text{white-space:normal;overflow-wrap:anywhere;min-width:14rem}
 figure{margin:.8rem 0 1.4rem}img{max-width:100%;height:auto;display:block}

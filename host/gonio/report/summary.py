@@ -8,15 +8,17 @@ import numpy as np
 
 from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.formats import atomic
-from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
-from gonio.report.covered import covered_reflectance, zero_forty_five
-from gonio.report.truth import DsfTruth, expected_peaks, measured_peaks
-
-HEMISPHERICAL = ("rho", "tau")
+from gonio.reduce.integrals import zero_forty_five
+from gonio.reduce.truth_beside import KnownTruth
+from gonio.report.comparison import difference_entry, known_values, measured_peaks, truth_entry
 
 
-def build_summary(dataset: Dataset, truth: DsfTruth | None = None) -> dict[str, Any]:
-    """A plain object; differences are measured minus truth, relative ones divided by the truth, None where it is 0."""
+def build_summary(dataset: Dataset, truth: KnownTruth | None = None) -> dict[str, Any]:
+    """A plain object; differences are measured minus truth, relative ones divided by the truth, None where it is 0.
+
+    rho and tau are of whole hemispheres, rho_measured and tau_measured of the measured directions alone; a peak's truth
+    is fitted like the peak.
+    """
     return {
         "sample": dataset.sample_name,
         "front_faces": dataset.front_faces,
@@ -28,14 +30,14 @@ def build_summary(dataset: Dataset, truth: DsfTruth | None = None) -> dict[str, 
     }
 
 
-def write_summary(dataset: Dataset, path: Path, *, truth: DsfTruth | None = None) -> dict[str, Any]:
+def write_summary(dataset: Dataset, path: Path, *, truth: KnownTruth | None = None) -> dict[str, Any]:
     """Writes the summary as JSON, whole or not at all, and returns it."""
     summary = build_summary(dataset, truth)
     atomic.write_bytes(path, (json.dumps(_plain(summary), indent=2, allow_nan=False) + "\n").encode())
     return summary
 
 
-def _distribution(d: Distribution, truth: DsfTruth | None) -> dict[str, Any]:
+def _distribution(d: Distribution, truth: KnownTruth | None) -> dict[str, Any]:
     entry: dict[str, Any] = {
         "incident_deg": [d.incident_theta_deg, d.incident_phi_deg],
         "channel": d.channel,
@@ -45,43 +47,13 @@ def _distribution(d: Distribution, truth: DsfTruth | None) -> dict[str, Any]:
         "p_i": d.p_i,
         "integrals": dict(d.integrals),
         "zero_forty_five": zero_forty_five(d),
-        "covered_reflectance": vars(covered_reflectance(d)),
         "peaks": measured_peaks(d),
     }
-    if truth is None:
-        return entry
-    known = truth.integrals(d.incident_theta_deg, d.incident_phi_deg)
-    peaks = expected_peaks(truth, d.incident_theta_deg, d.incident_phi_deg)
-    entry["truth"] = {
-        "integrals": known,
-        "peaks": {name: dict(vars(peak)) for name, peak in peaks.items()},
-    }
-    entry["differences"] = {
-        "integrals": {
-            name: _difference(d.integrals[name], known[name])
-            for name in HEMISPHERICAL
-            if name in d.integrals and name in known
-        },
-        "peaks": {
-            name: {
-                "direction_deg": float(
-                    angle_between_deg(
-                        unit_from_angles_deg(found["theta_deg"], found["phi_deg"]),
-                        unit_from_angles_deg(peaks[name].theta_deg, peaks[name].phi_deg),
-                    )
-                ),
-                "sigma": _difference(found["sigma_deg"], peaks[name].sigma_deg),
-                "integral": _difference(found["integral"], peaks[name].integral),
-            }
-            for name, found in entry["peaks"].items()
-            if name in peaks
-        },
-    }
+    if truth is not None:
+        known = known_values(d, truth)
+        entry["truth"] = truth_entry(d, known)
+        entry["differences"] = difference_entry(d, known)
     return entry
-
-
-def _difference(measured: float, known: float) -> dict[str, float | None]:
-    return {"absolute": measured - known, "relative": (measured - known) / known if known else None}
 
 
 def _plain(value: Any) -> Any:

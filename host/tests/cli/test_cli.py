@@ -60,7 +60,7 @@ def test_help_imports_no_heavy_library(command: str) -> None:
         (["import", "none.csv", "-o", "y.h5"], "none.csv"),
         (["validate", "none.xml"], "none.xml"),
         (["reduce", "none.mcap", "-o", "y.h5"], "none.mcap"),
-        (["reduce", "a.mcap", "b.h5", "-o", "y.h5"], "one scan"),
+        (["reduce", ".", "-o", "y.h5"], "is a directory"),
         (["report", "none.h5", "-o", "y.html"], "none.h5"),
         (["plan", "none.toml"], "none.toml"),
         (["scan", "none.toml", "-o", "r.mcap", "--device", "tcp://127.0.0.1:1"], "none.toml"),
@@ -75,6 +75,13 @@ def test_wrong_use_is_one_line_and_status_2(
     assert captured.err.startswith("gonio: ")
     assert captured.err.count("\n") == 1
     assert words in captured.err
+
+
+def test_raw_log_and_dataset_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("a.mcap", "b.h5"):
+        (tmp_path / name).touch()
+    assert main.run(["reduce", "a.mcap", "b.h5", "-o", "y.h5"]) == 2
+    assert "one scan" in capsys.readouterr().err
 
 
 def test_foreign_raw_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,8 @@ from scipy.spatial import SphericalVoronoi
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.geometry.directions import angle_between_deg, angles_deg_from_unit, unit_from_angles_deg
+from gonio.reduce.integrals import integrals
+from gonio.reduce.peaks import measure_peak
 
 FloatArray = NDArray[np.float64]
 SIGMA_DEG = 1.2
@@ -105,3 +107,15 @@ def lambert_and_mirror(
         thickness_mm=3.0,
         manufacturer="gonio tests",
     )
+
+
+def with_evaluation(d: Distribution, coarse: int = 3000) -> Distribution:
+    """The distribution with its integrals and the fit of the spiral that `lambert_and_mirror` puts behind `coarse`."""
+    d.integrals = integrals(d)
+    unit = unit_from_angles_deg(d.theta_deg, d.phi_deg)
+    peak = measure_peak(unit[coarse:], d.dsf_per_sr[coarse:], d.measured[coarse:])
+    assert peak is not None
+    name = f"mirror {d.incident_theta_deg:g}/{d.incident_phi_deg:g}"
+    flown = {"first_point": float(coarse), "points": float(len(unit) - coarse)}
+    d.integrals |= peak.named(name) | {f"peak {name} {key}": value for key, value in flown.items()}
+    return d

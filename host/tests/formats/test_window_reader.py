@@ -147,9 +147,9 @@ def test_large_and_missing_files_are_refused(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(xml_guard, "MAX_BYTES", 1000)
     with pytest.raises(UsageError, match="larger"):
         window_xml.read(SEATEX)
-    with pytest.raises(UsageError, match="cannot read"):
+    with pytest.raises(UsageError, match="cannot be read"):
         window_xml.read(tmp_path / "nothing.xml")
-    with pytest.raises(UsageError, match="cannot read"):
+    with pytest.raises(UsageError, match="cannot be read"):
         window_xml.read(tmp_path)
 
 

@@ -159,7 +159,7 @@ def test_what_is_undeclared_is_refused(dataset: Dataset, tmp_path: Path) -> None
     assert path.read_text() == "old"
     window_xml.write(unknown, path, front="interior")
     assert [p.name for p in tmp_path.iterdir()] == ["bsdf.xml"]
-    with pytest.raises(UsageError, match="cannot write"):
+    with pytest.raises(UsageError, match="cannot be written"):
         window_xml.write(dataset, tmp_path / "missing" / "bsdf.xml")
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial import SphericalVoronoi
 
-from gonio.geometry.cells import disc_solid_angles_sr, hemisphere_solid_angles_sr, solid_angles_sr
+from gonio.geometry.cells import covered_cells_sr, disc_solid_angles_sr, hemisphere_solid_angles_sr, solid_angles_sr
 from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
 
 SPHERE = 4.0 * np.pi
@@ -157,3 +157,31 @@ def test_integral_of_a_peak_over_a_spiral(off_deg: float, pitch_deg: float) -> N
     # Integral of the Gaussian over the sphere, to second order in sigma.
     exact = 2.0 * np.pi * sigma**2 * (1.0 - sigma**2 / 3.0)
     assert np.exp(-0.5 * (apart / sigma) ** 2) @ areas == pytest.approx(exact, rel=1e-3)
+
+
+def test_covered_cells_end_at_the_directions_they_surround() -> None:
+    """An octant with points at its corners and inside: its area is pi / 2, its first moment pi / 4 along each axis."""
+    inside = np.abs(random_directions(400, 3))
+    areas, moments = covered_cells_sr(np.concatenate((np.eye(3), inside)))
+    assert areas.sum() == pytest.approx(np.pi / 2.0, abs=3e-4)
+    np.testing.assert_allclose(moments.sum(axis=0), np.pi / 4.0, atol=3e-4)
+    np.testing.assert_allclose(areas[:3].max(), areas[:3], atol=0.02)
+
+
+def test_moments_of_small_cells_point_at_their_middle() -> None:
+    points = random_directions(5000, 4)
+    areas, moments = covered_cells_sr(points)
+    np.testing.assert_allclose(areas, solid_angles_sr(points), rtol=1e-9)
+    np.testing.assert_allclose(moments.sum(axis=0), 0.0, atol=1e-9)
+    # A vector's length is the cell's area less what its spread takes, of second order in the radius.
+    length = np.linalg.norm(moments, axis=1)
+    assert np.all(length < areas)
+    np.testing.assert_allclose(length, areas, rtol=0.01)
+
+
+def test_directions_in_a_plane_surround_nothing() -> None:
+    points = unit_from_angles_deg(np.arange(0.0, 90.0, 5.0), np.full(18, 20.0))
+    areas, moments = covered_cells_sr(points)
+    assert areas.sum() == pytest.approx(0.0, abs=1e-3)
+    assert np.abs(moments).max() == pytest.approx(0.0, abs=1e-3)
+    assert covered_cells_sr(points[:2])[0].tolist() == [0.0, 0.0]

@@ -39,13 +39,19 @@ def test_no_reachable_direction_is_far_from_the_track(pitch: float, sphere: str,
     if sphere != "whole":
         reachable &= (outgoing[:, 2] > 0.0) == (sphere == "front")
     chord, _ = cKDTree(track).query(outgoing[reachable])
-    assert np.degrees(2 * np.arcsin(chord / 2)).max() < 0.75 * pitch
+    apart = np.degrees(2 * np.arcsin(chord / 2))
+    # Circles rise over the holder's column on a ramp of up to 36 degrees of azimuth: its corner has one pitch.
+    corner = ((np.abs(azimuth) > 100.0) & (elevation < -77.0))[reachable]
+    assert apart[~corner].max() < 0.75 * pitch
+    assert apart[corner].max(initial=0.0) < 1.05 * pitch
 
 
 @given(st.floats(0.5, 30.0))
 def test_circles_are_a_pitch_apart(pitch: float) -> None:
     rows = elevations(REFERENCE, pitch)
-    assert_allclose(np.diff(rows)[1:], pitch, atol=1e-9)
+    assert 0.0 in rows
+    assert_allclose(np.diff(rows)[1:-1], pitch, atol=1e-9)
+    assert np.diff(rows).max() <= pitch + 1e-9
     assert rows[0] >= -85.0
     assert rows[-1] <= 89.0
 
@@ -57,15 +63,15 @@ def test_circles_are_interleaved_and_flown_without_stopping() -> None:
     cruising = fast & (np.abs(motion.acceleration_deg_per_s2[:, 2]) < 1e-9)
     visited = [round(e) for e in motion.q_deg[cruising & (np.abs(motion.q_deg[:, 2]) < 60.0), 3]]
     order = [e for i, e in enumerate(visited) if i == 0 or visited[i - 1] != e]
-    assert order == [*range(-81, 88, 12), *range(81, -76, -12)]
+    assert order == [*range(-84, 85, 12), 87, *range(78, -79, -12)]
     speed = np.hypot(motion.velocity_deg_per_s[1:-1, 2], motion.velocity_deg_per_s[1:-1, 3])
     under_way = (motion.time_s[1:-1] > 1.0) & (motion.time_s[1:-1] < motion.time_s[-1] - 1.0)
-    # Slowest where the azimuth reverses at the top: one pitch in the time of a turn, 15/8 of the mean.
-    assert speed[under_way].min() > 0.95 * 15 / 8 * 6.0 / 1.76
+    # Slowest where the azimuth reverses at the top: half a pitch (84 to 87) in the time of a turn, 15/8 of the mean.
+    assert speed[under_way].min() > 0.95 * 15 / 8 * 3.0 / 1.76
     inner = motion.q_deg[cruising][:, 2]
     assert inner.min() == pytest.approx(-180.0, abs=0.1)
     assert np.abs(motion.q_deg[:, 2]).max() < 200.0
-    assert 300.0 < motion.time_s[-1] < 410.0
+    assert 300.0 < motion.time_s[-1] < 420.0
 
 
 def test_knots_are_continuous_and_their_derivatives_true() -> None:
@@ -84,8 +90,8 @@ def test_unreachable_directions_carry_their_reason() -> None:
     lost = unreachable(Coverage(REFERENCE, (30.0, 0.0), 6.0, "whole"), (30.0, 0.0))
     reasons = {direction.reason for direction in lost}
     assert 'the arm would enter "sample holder\'s column"' in reasons
-    assert "arm elevation would be -87.0 deg, its limit is -85" in reasons
+    assert "arm elevation would be -90.0 deg, its limit is -85" in reasons
     for direction in lost:
         # Straight down is (90, 270) in the sample frame; the axis about the vertical does not move it.
         down = np.cos(np.radians(direction.phi_deg - 270.0)) * np.sin(np.radians(direction.theta_deg))
-        assert down > np.sin(np.radians(78.0))
+        assert down > np.sin(np.radians(78.0)) - 1e-12

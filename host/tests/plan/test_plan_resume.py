@@ -92,5 +92,5 @@ def test_a_rest_can_be_interrupted_again() -> None:
     assert measured_ids(twice) == measured_ids(once)
     path = next(step for step in twice.steps if isinstance(step, PathStep) and step.path_id == 4)
     assert find(path.knots, REFERENCE) is None
-    # 100 s, then 50 s less half the first ramp: of 402.9 s, plus half a ramp again.
-    assert path.duration_s == pytest.approx(402.89 - 100.0 - 50.0 + 3.75, abs=0.1)
+    # 100 s, then 50 s less half the first ramp: of 416.8 s, plus half a ramp again.
+    assert path.duration_s == pytest.approx(416.77 - 100.0 - 50.0 + 3.75, abs=0.1)

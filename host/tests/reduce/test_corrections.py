@@ -99,6 +99,15 @@ def test_shot_noise_is_found_beside_edges_and_absent_when_absent() -> None:
     assert shot_variance_per_count(quiet, floor, joined) < 1e-5
 
 
+def test_light_without_any_noise_has_no_shot_noise_and_shot_noise_alone_is_found() -> None:
+    level = 2000.0 * (1.0 + np.sin(np.arange(50_000) / 300.0))
+    none, joined = np.zeros(50_000), np.arange(50_000) > 0
+    assert shot_variance_per_count(level, none, joined) == pytest.approx(0.0, abs=1e-9)
+    assert shot_variance_per_count(np.full(50_000, 7.0), none, joined) == 0.0
+    noisy = level + np.sqrt(0.01 * level) * np.random.default_rng(9).standard_normal(50_000)
+    assert shot_variance_per_count(noisy, none, joined) == pytest.approx(0.01, rel=0.05)
+
+
 def test_events_give_paths_shutter_and_counters() -> None:
     def at(ms: int, **body: Any) -> pb.Event:
         return pb.Event(time_ns=ORIGIN_NS + ms * 1_000_000, **body)

@@ -223,6 +223,17 @@ def test_unreachable_directions_are_masked_points(lobe_log: RawLog) -> None:
     assert d.integrals["masked_sr_back"] == pytest.approx(d.solid_angle_sr[index[0]])
 
 
+def test_a_beam_with_few_turns_across_it_is_noted(lobe: Dataset, lobe_truth: Truth) -> None:
+    """Half maximum of a top hat of 1 degree behind an aperture as wide: 0.95 degrees, two turns of 0.5 degrees."""
+    scan = Scan(lobe_truth)
+    scan.dark()
+    scan.reference(1.6, 0.5)
+    scan.peak((30.0, 0.0), 6.0, 0.3)
+    notes = reduce_rawlog(scan.log()).provenance["notes"]
+    assert any("1.9 turns" in note and "[reference] pitch_deg" in note for note in notes), notes
+    assert not any("turns" in note for note in lobe.provenance["notes"])
+
+
 def test_logs_that_cannot_be_reduced_say_why(lobe_log: RawLog) -> None:
     def without(*kinds: str, **changes: object) -> RawLog:
         log = RawLog(**{**vars(lobe_log), **changes})
@@ -266,10 +277,10 @@ def test_imported_points_get_cells_and_integrals(lobe: Dataset, lobe_truth: Trut
         time_ns=np.zeros(n, dtype=np.int64),
     )
     found = reduce_dataset(Dataset([source])).distributions[0]
-    assert found.solid_angle_sr.sum() == pytest.approx(2.0 * np.pi, abs=1e-7)
+    assert found.solid_angle_sr.sum() == pytest.approx(2.0 * np.pi, rel=2e-3)  # the outermost lie inside the horizon
     assert found.integrals["rho"] == pytest.approx(0.5, rel=2e-3)
     assert found.integrals["tau"] == 0.0
-    assert found.integrals["measured_share_front"] == pytest.approx(1.0)
+    assert found.integrals["measured_share_front"] == pytest.approx(1.0, rel=2e-3)
     assert found.integrals["measured_cosine_share_front"] == pytest.approx(1.0, rel=1e-3)
     assert integrals(found)["rho_u"] == 0.0
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from synthetic_bsdf import distribution, lambert_and_mirror, sphere_points
+from numpy.typing import NDArray
+from synthetic_bsdf import distribution, sphere_points
 
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.report.polar_grid import hemisphere_image, plane_directions, plane_profile
@@ -58,8 +59,32 @@ def test_profile_is_signed_towards_the_mirror_side(phi_i: float) -> None:
     np.testing.assert_allclose(mirror, unit_from_angles_deg(30.0, phi_i + 180.0), atol=1e-12)
 
 
-def test_band_grows_for_sparse_points_only() -> None:
-    dense = plane_profile(lambert_and_mirror((30.0,), coarse=20000).distributions[0])
-    sparse = plane_profile(distribution((30, 0), sphere_points(1000), lambda u: np.ones(len(u))))
-    assert dense.band_deg == 0.6
-    assert sparse.band_deg > 0.6
+def plane_points(step_deg: float) -> NDArray[np.float64]:
+    """Front directions in the plane y = 0, unit vectors (n, 3)."""
+    angle = np.radians(np.arange(-90 + step_deg / 2, 90, step_deg))
+    return np.stack((-np.sin(angle), np.zeros(len(angle)), np.cos(angle)), axis=1)
+
+
+def test_band_is_narrow_where_the_plane_itself_was_measured() -> None:
+    """Points exactly in the plane, among many beside it, are shown alone; without them the band grows."""
+    plane = unit_from_angles_deg(
+        np.abs(np.arange(-89.75, 90, 0.5)), np.where(np.arange(-89.75, 90, 0.5) > 0, 180.0, 0.0)
+    )
+    around = sphere_points(3000)
+
+    def flat(u: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.ones(len(u))
+
+    measured = plane_profile(distribution((30, 0), np.concatenate([around[around[:, 2] > 0], plane]), flat))
+    sparse = plane_profile(distribution((30, 0), around, flat))
+    assert measured.band_deg == 0.05
+    assert len(measured.angle_deg) >= len(plane)
+    assert sparse.band_deg > 0.5
+
+
+def test_many_points_are_thinned_but_keep_their_place() -> None:
+    units = np.concatenate([plane_points(0.01), [[0.0, 1.0, 0.0]]])
+    profile = plane_profile(distribution((30, 0), units, lambda u: u[:, 2]))
+    assert len(profile.angle_deg) <= 12 * 360
+    np.testing.assert_allclose(profile.dsf_per_sr, np.cos(np.radians(profile.angle_deg)), atol=1e-9)
+    assert np.diff(profile.angle_deg).max() < 0.1

@@ -34,7 +34,7 @@ REFERENCE = load_instrument(None).text
         ("[cycle]", "[cycle]\nspeed = 3", r"cycle\.speed is unknown"),
         ("[instrument]", "[machine]\n[instrument]", "machine is unknown"),
         ("node = 3", "node = 3\ncolour = 1", r"axis\[2\]\.colour is unknown"),
-        ("expiry_ms = 1000", "expiry_ms = 1.5", r"cycle\.expiry_ms is 1\.5: int expected"),
+        ("expiry_ms = 3000", "expiry_ms = 1.5", r"cycle\.expiry_ms is 1\.5: int expected"),
         ("driven = true", "driven = 1", r"axis\[0\]\.driven is 1: bool expected"),
         ("node = 2\n", "", r"axis\[1\]\.node is missing"),
         ("counts_per_deg = [10000, 9]", "counts_per_deg = [0, 9]", r"axis\[0\]\.counts_per_deg"),

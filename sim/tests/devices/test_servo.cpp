@@ -1,8 +1,10 @@
 // test_servo.cpp: the axis against closed forms: step, ramp and limited responses, friction, brake, smoothness.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "ramp.hpp"
 #include "servo.hpp"
@@ -145,12 +147,12 @@ TEST(Interpolator, reaches_the_target_after_one_period_and_waits_there) {
     Interpolator interpolator;
     interpolator.hold(100.0);
     interpolator.take(1'000'000, 300.0, 2'000'000);
-    EXPECT_EQ(interpolator.at(1'250'000), 100.0); // an eighth of the period later
-    EXPECT_EQ(interpolator.at(2'750'000), 250.0);
+    EXPECT_EQ(interpolator.at(2'250'000), 100.0); // a step and an eighth of the period later
+    EXPECT_EQ(interpolator.at(3'750'000), 250.0);
     EXPECT_EQ(interpolator.at(9'000'000), 300.0);
     interpolator.take(9'000'000, 0.0, 2'000'000); // long after: a new grid
-    EXPECT_EQ(interpolator.at(9'250'000), 300.0);
-    EXPECT_EQ(interpolator.at(10'250'000), 150.0);
+    EXPECT_EQ(interpolator.at(10'250'000), 300.0);
+    EXPECT_EQ(interpolator.at(11'250'000), 150.0);
 }
 
 TEST(Interpolator, sync_jitter_does_not_become_velocity) {
@@ -168,6 +170,76 @@ TEST(Interpolator, sync_jitter_does_not_become_velocity) {
                 EXPECT_NEAR(now - before, 15.0, 1.0);
             }
             before = now;
+        }
+    }
+}
+
+// An axis' steps and SYNCs in their order in time; a SYNC carries the path's place one period later.
+struct Follower {
+    std::int64_t period_ns, phase_ns, jitter_ns;
+    int lost_every = 0; // this one of so many SYNCs is lost
+
+    // The path less the axis' place at the end of each of the steps, counts.
+    template <typename Path> std::vector<double> lags(const Path &path_counts, int steps) const {
+        Interpolator interpolator;
+        Servo servo(Servo_config{}, 0.0, 0);
+        interpolator.hold(0.0);
+        std::vector<double> lags;
+        std::uint32_t random = 11;
+        std::int64_t sync = 0;
+        std::int64_t sync_ns = phase_ns;
+        double demand = 0.0;
+        for (int k = 0; k < steps; ++k) {
+            for (; sync_ns <= servo.end_ns(); ++sync) {
+                if (lost_every == 0 || sync % lost_every != lost_every - 1) {
+                    const std::int64_t target_ns = phase_ns + (sync + 1) * period_ns;
+                    interpolator.take(sync_ns, path_counts(1.0e-9 * static_cast<double>(target_ns)), period_ns);
+                }
+                random = random * 1664525U + 1013904223U;
+                const std::int64_t late_ns = jitter_ns == 0 ? 0 : static_cast<std::int64_t>(random >> 8U) % jitter_ns;
+                sync_ns = phase_ns + (sync + 1) * period_ns + late_ns;
+            }
+            const double next = interpolator.at(servo.end_ns() + Servo::step_ns);
+            servo.step({true, false, false, demand, next});
+            demand = next;
+            lags.push_back(path_counts(1.0e-9 * static_cast<double>(servo.end_ns())) - servo.end_position_counts());
+        }
+        return lags;
+    }
+};
+
+double largest(std::vector<double>::const_iterator begin, std::vector<double>::const_iterator end) {
+    return std::abs(*std::max_element(begin, end, [](double a, double b) { return std::abs(a) < std::abs(b); }));
+}
+
+constexpr double top_speed = 30.0 * 10000.0 / 9.0;
+
+TEST(Follower, sync_jitter_of_120_us_costs_its_own_way_and_no_more) {
+    const auto path = [](double t) { return 0.5 * top_speed * (1.0 - std::cos(2.0 * t)); };
+    for (const std::int64_t period_ns : {1'000'000, 2'000'000, 5'000'000}) {
+        for (std::int64_t phase_ns = 0; phase_ns < 2'000'000; phase_ns += 200'000) {
+            const auto steady = Follower{period_ns, phase_ns, 0}.lags(path, 10'000);
+            const auto jittery = Follower{period_ns, phase_ns, 120'000}.lags(path, 10'000);
+            const double delay_s = 2.0e-9 * static_cast<double>(period_ns) + 1.0e-3 + 2.0 / omega;
+            EXPECT_LT(largest(steady.begin(), steady.end()), top_speed * delay_s);
+            for (std::size_t k = 0; k < steady.size(); ++k) {
+                ASSERT_NEAR(jittery[k], steady[k], top_speed * 120.0e-6 + 1.0)
+                    << "phase " << phase_ns << ", step " << k;
+            }
+        }
+    }
+}
+
+// A lost SYNC is a step of two periods' way, far more than the linear law takes without limit.
+TEST(Follower, lost_syncs_do_not_add_up_to_a_growing_lag) {
+    const auto path = [](double t) { return top_speed * std::max(0.0, t - 0.5 * (1.0 - std::exp(-2.0 * t))); };
+    for (std::int64_t phase_ns = 0; phase_ns < 2'000'000; phase_ns += 200'000) {
+        const auto whole = Follower{2'000'000, phase_ns, 120'000}.lags(path, 20'000);
+        for (const int lost_every : {5, 25, 100}) {
+            const auto lossy = Follower{2'000'000, phase_ns, 120'000, lost_every}.lags(path, 20'000);
+            const double early = largest(lossy.begin() + 3'000, lossy.begin() + 6'000);
+            EXPECT_LE(largest(lossy.end() - 3'000, lossy.end()), early + 5.0);
+            EXPECT_LE(early, largest(whole.begin(), whole.end()) + 4.0 * 2.0e-3 * top_speed) << lost_every;
         }
     }
 }

@@ -1,0 +1,126 @@
+"""tables.py: the report's tables of integrals, peaks and wavelengths, with the truth beside where it is known."""
+
+from collections.abc import Mapping, Sequence
+
+from gonio.dataset.bsdf import Dataset, Distribution
+from gonio.reduce.integrals import zero_forty_five
+from gonio.report.comparison import HEMISPHERES, measured_peaks, relative, short_name
+from gonio.report.html_parts import fixed, number, paragraph, percent, signed_percent, table
+
+_INTO = {"rho": "\u03c1 reflected", "tau": "\u03c4 transmitted"}
+_POLE_DEG = 0.01
+Known = Sequence[Mapping[str, float]]  # per distribution, see comparison.known_values; empty without a truth
+
+
+def incident(d: Distribution) -> str:
+    return f"{d.incident_theta_deg:.4g}\u00b0 / {d.incident_phi_deg:.4g}\u00b0"
+
+
+def integrals(dataset: Dataset, known: Known) -> str:
+    """Hemispherical values; the truth is taken over the same directions, so that what nobody saw is no error."""
+    with_truth = any(known)
+    rows = []
+    for d, truth in zip(dataset.distributions, known, strict=True):
+        for name in HEMISPHERES:
+            front = (d.incident_theta_deg <= 90) == (name == "rho")
+            share = d.integrals.get(f"measured_cosine_share_{'front' if front else 'back'}")
+            if name not in d.integrals or not share:
+                continue
+            measured, there = d.integrals.get(f"{name}_measured"), truth.get(f"{name}_truth_measured")
+            row = [*_where(dataset, d), _INTO[name], fixed(d.integrals[name], 4)]
+            row += [number(d.integrals.get(f"{name}_u"), 2), percent(share)]
+            if with_truth:
+                row += [fixed(truth.get(f"{name}_truth"), 4), fixed(measured, 4), fixed(there, 4)]
+                row += [signed_percent(relative(measured, there))]
+            else:
+                row += [number(d.integrals.get(f"{name}_filled"), 2)]
+            rows.append(row)
+    if not rows:
+        return ""
+    head = [*_where_head(dataset), "into", "value", "u (k = 1)", "measured share"]
+    head += ["truth", "measured directions", "truth there", "difference"] if with_truth else ["of it filled"]
+    note = (
+        "Value: sum of DSF times solid angle over the hemisphere; masked directions take their nearest measured "
+        "neighbour, what lies farther counts as zero. Measured share: of the cosine-weighted hemisphere. u is the "
+        "independent part only, noise of the points and of the reference beam; what all points share (alignment, "
+        "solid angles, linearity, delays) is not in it."
+    )
+    if with_truth:
+        note += (
+            " Truth: of the sample itself, over the whole hemisphere. The difference compares like with like: "
+            "measured values and convolved truth, both summed over the measured directions alone. A lobe behind the "
+            "detector's head or a holder is in neither."
+        )
+    return table(head, rows) + paragraph(note, "note")
+
+
+def peaks(dataset: Dataset, known: Known) -> str:
+    """Fitted peaks; the truth is fitted in the same way at the same points."""
+    with_truth = any(known)
+    rows = []
+    for d, truth in zip(dataset.distributions, known, strict=True):
+        for name, peak in measured_peaks(d).items():
+            row = [*_where(dataset, d), short_name(name)]
+            row += [fixed(peak.get("theta_deg"), 3), _azimuth(peak), number(peak.get("height_per_sr"))]
+            row += [fixed(peak.get("sigma_deg"), 4), fixed(peak.get("integral"), 5)]
+            if with_truth:
+                row += [number(truth.get(f"peak {name} direction_error_deg"), 2)]
+                for field in ("sigma_deg", "integral"):
+                    row += [signed_percent(relative(peak.get(field), truth.get(f"peak {name} {field}_truth")))]
+            rows.append(row)
+    if not rows:
+        return ""
+    head = [
+        *_where_head(dataset),
+        "peak",
+        "theta [\u00b0]",
+        "phi [\u00b0]",
+        "height [1/sr]",
+        "sigma [\u00b0]",
+        "integral",
+    ]
+    head += ["direction off truth [\u00b0]", "sigma \u2212 truth", "integral \u2212 truth"] if with_truth else []
+    note = (
+        "Fit of a Gaussian on a plane ground. Sigma still holds what beam and aperture add; of a peak that is no "
+        "Gaussian, like the beam straight through, sigma and integral are those of the fit."
+    )
+    if with_truth:
+        note += " The truth is convolved with both and put through the same fit at the same directions and masks."
+    return table(head, rows) + paragraph(note, "note")
+
+
+def wavelengths(dataset: Dataset) -> str:
+    """0:45 and reflectance per wavelength, incidence normal."""
+    rows = []
+    for d in dataset.distributions:
+        if d.wavelength_nm is None or d.incident_theta_deg > 1:
+            continue
+        row = [f"{d.wavelength_nm:g} nm", fixed(zero_forty_five(d), 3), fixed(d.integrals.get("rho"), 4)]
+        outermost_deg = float(d.theta_deg[d.measured].max(initial=0.0))
+        rows.append([*row, f"{outermost_deg:.1f}\u00b0", percent(d.integrals.get("rho_measured_share"))])
+    if not rows:
+        return ""
+    note = (
+        "0:45 is pi times the mean BSDF within 2\u00b0 of theta = 45\u00b0, incidence normal. The reflectance is over "
+        "the part of the hemisphere that the points surround: nothing is added for the rest."
+    )
+    head = ["wavelength", "0:45", "\u03c1 over the covered part", "outermost point", "covered, cosine-weighted"]
+    return table(head, rows) + paragraph(note, "note")
+
+
+def _azimuth(peak: Mapping[str, float]) -> str:
+    """phi in degrees, an en dash at the poles, where it says nothing."""
+    from_pole = abs((peak.get("theta_deg", 0.0) + 90.0) % 180.0 - 90.0)
+    return fixed(peak.get("phi_deg") if from_pole > _POLE_DEG else None, 3)
+
+
+def _where(dataset: Dataset, d: Distribution) -> list[str]:
+    return [incident(d), d.channel] if _several_channels(dataset) else [incident(d)]
+
+
+def _where_head(dataset: Dataset) -> list[str]:
+    return ["incident", "channel"] if _several_channels(dataset) else ["incident"]
+
+
+def _several_channels(dataset: Dataset) -> bool:
+    return len({d.channel for d in dataset.distributions}) > 1
