@@ -36,7 +36,7 @@ public:
         Drive_config config;
         config.node = node;
         config.personality = personality;
-        config.eds_directory = std::string(GONIO_SOURCE_DIR) + "/protocol/eds";
+        config.eds_directory = GONIO_SOURCE_DIR "/protocol/eds";
         return config;
     }
 

@@ -11,7 +11,7 @@
 namespace gonio::sim {
 namespace {
 
-const std::filesystem::path eds_directory = std::string(GONIO_SOURCE_DIR) + "/protocol/eds";
+const std::filesystem::path eds_directory = GONIO_SOURCE_DIR "/protocol/eds";
 
 std::string refusal(const std::string &from, const std::string &to) {
     std::ifstream original(eds_directory / "gonio_full.eds");
