@@ -70,8 +70,12 @@ def beam_power(dataset: Dataset, scenario: Path) -> Figure:
 def lambertian(folder: Path) -> list[Figure]:
     """Direct-hemispherical reflectance of Lambertian 0.5."""
     dataset = measure(PLANS / "lambertian.toml", SCENARIOS / "lambertian.toml", folder)
-    rho = dataset.distributions[0].integrals["rho"]
-    return [Figure("Lambertian 0.5: reflectance", 100.0 * (rho / 0.5 - 1.0), 0.2, "%")]
+    found = dataset.distributions[0].integrals
+    measured, estimate = (100.0 * (found[key] / 0.5 - 1.0) for key in ("rho_measured", "rho_estimate"))
+    return [
+        Figure("Lambertian 0.5: reflectance, measured directions", measured, 0.2, "%"),
+        Figure("Lambertian 0.5: reflectance, masked guessed", estimate, 0.2, "%"),
+    ]
 
 
 def lobe(folder: Path) -> list[Figure]:

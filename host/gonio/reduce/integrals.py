@@ -19,9 +19,10 @@ def integrals(distribution: Distribution, projected_sr: FloatArray | None = None
     """Sums over the points' cells, with names as keys: DSF times solid angle, or, where the cells' projected solid
     angles (n,) are given, BSDF times those: better for cells so large that cos theta changes over them.
 
-    rho, tau: over the hemisphere of the incident direction and the other one, as far as cells reach; directions that
-    are masked hold the value of their nearest measured neighbour within FILL_REACH_DEG (rho_filled, tau_filled is that
-    part, rho_measured, tau_measured the rest). rho_u, tau_u: standard uncertainty from noise and P_i.
+    rho_measured, tau_measured: over the measured cells of the hemisphere of the incident direction and of the other
+    one. rho_u, tau_u: their standard uncertainty from noise and P_i. rho_filled, tau_filled: what masked directions
+    would add if they held the value of their nearest measured neighbour within FILL_REACH_DEG: a guess, good where the
+    distribution is smooth, and worth nothing where a peak is masked; rho_estimate, tau_estimate: with it.
     rho_measured_share, tau_measured_share: share of the cosine-weighted hemisphere that measured cells cover.
     measured_share_*: measured solid angle over 2 pi; measured_cosine_share_*: the same weighted by cos theta, over pi.
     masked_sr_*: solid angle of the masked points.
@@ -42,7 +43,7 @@ def integrals(distribution: Distribution, projected_sr: FloatArray | None = None
         own, filled = float(distribution.dsf_per_sr[inside] @ weight[inside]), float(fill[outside] @ weight[outside])
         noise2 = float(distribution.variance_per_sr2[inside] @ weight[inside] ** 2)
         share = float(projected[inside].sum()) / np.pi
-        result[name] = own + filled
+        result[f"{name}_estimate"] = own + filled
         result[f"{name}_measured"] = own
         result[f"{name}_filled"] = filled
         result[f"{name}_u"] = float(np.hypot(np.sqrt(noise2), distribution.p_i_u_rel * own))

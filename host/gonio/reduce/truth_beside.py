@@ -27,7 +27,7 @@ class KnownTruth(Protocol):
 def beside(distribution: Distribution, truth: KnownTruth) -> dict[str, float]:
     """The truth's values for one measured distribution, by the names of distribution.integrals with an ending:
 
-    rho_truth, tau_truth: of the sample itself, over its whole hemisphere; compare with rho, tau.
+    rho_truth, tau_truth: of the sample itself, over its whole hemisphere; compare with rho_estimate.
     rho_truth_measured, tau_truth_measured: sum of the convolved DSF times the cells of exactly the measured, unmasked
     points; compare with rho_measured, tau_measured. A lobe behind the detector's head is missing in both.
     "peak NAME FIELD_truth" for each "peak NAME FIELD" in distribution.integrals, FIELD one of theta_deg, phi_deg,

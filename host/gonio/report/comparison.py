@@ -48,7 +48,7 @@ def truth_entry(d: Distribution, known: Mapping[str, float]) -> dict[str, Any]:
     integrals = {}
     for name in HEMISPHERES:
         if f"{name}_truth" in known:
-            integrals[name] = known[f"{name}_truth"]
+            integrals[f"{name}_estimate"] = known[f"{name}_truth"]
             integrals[f"{name}_measured"] = known[f"{name}_truth_measured"]
     peaks = {
         name: {field: known[f"peak {name} {field}_truth"] for field in _PEAK_FIELDS}
@@ -62,7 +62,8 @@ def difference_entry(d: Distribution, known: Mapping[str, float]) -> dict[str, A
     """Measured minus truth for summary.json, in the order and by the names of `truth_entry`."""
     integrals = {}
     for name in HEMISPHERES:
-        for value, reference in ((name, f"{name}_truth"), (f"{name}_measured", f"{name}_truth_measured")):
+        pairs = (f"{name}_measured", f"{name}_truth_measured"), (f"{name}_estimate", f"{name}_truth")
+        for value, reference in pairs:
             if value in d.integrals and reference in known:
                 integrals[value] = _difference(d.integrals[value], known[reference])
     peaks = {

@@ -16,8 +16,8 @@ from gonio.report.comparison import difference_entry, known_values, measured_pea
 def build_summary(dataset: Dataset, truth: KnownTruth | None = None) -> dict[str, Any]:
     """A plain object; differences are measured minus truth, relative ones divided by the truth, None where it is 0.
 
-    rho and tau are of whole hemispheres, rho_measured and tau_measured of the measured directions alone; a peak's truth
-    is fitted like the peak.
+    rho_measured and tau_measured are of the measured directions alone, rho_estimate and tau_estimate of the hemisphere
+    with a guess for masked ones; a peak's truth is fitted like the peak.
     """
     return {
         "sample": dataset.sample_name,

@@ -24,32 +24,32 @@ def integrals(dataset: Dataset, known: Known) -> str:
         for name in HEMISPHERES:
             front = (d.incident_theta_deg <= 90) == (name == "rho")
             share = d.integrals.get(f"measured_cosine_share_{'front' if front else 'back'}")
-            if name not in d.integrals or not share:
+            if f"{name}_measured" not in d.integrals or not share:
                 continue
-            measured, there = d.integrals.get(f"{name}_measured"), truth.get(f"{name}_truth_measured")
-            row = [*_where(dataset, d), _INTO[name], fixed(d.integrals[name], 4)]
-            row += [number(d.integrals.get(f"{name}_u"), 2), percent(share)]
+            measured, there = d.integrals[f"{name}_measured"], truth.get(f"{name}_truth_measured")
+            row = [*_where(dataset, d), _INTO[name], fixed(measured, 4), number(d.integrals.get(f"{name}_u"), 2)]
+            row += [percent(share)]
             if with_truth:
-                row += [fixed(truth.get(f"{name}_truth"), 4), fixed(measured, 4), fixed(there, 4)]
-                row += [signed_percent(relative(measured, there))]
-            else:
-                row += [number(d.integrals.get(f"{name}_filled"), 2)]
+                row += [fixed(there, 4), signed_percent(relative(measured, there))]
+            row += [fixed(d.integrals.get(f"{name}_estimate"), 4)]
+            if with_truth:
+                row += [fixed(truth.get(f"{name}_truth"), 4)]
             rows.append(row)
     if not rows:
         return ""
-    head = [*_where_head(dataset), "into", "value", "u (k = 1)", "measured share"]
-    head += ["truth", "measured directions", "truth there", "difference"] if with_truth else ["of it filled"]
+    head = [*_where_head(dataset), "into", "measured", "u (k = 1)", "measured share"]
+    head += ["truth there", "difference"] if with_truth else []
+    head += ["masked guessed", "whole truth"] if with_truth else ["masked guessed"]
     note = (
-        "Value: sum of DSF times solid angle over the hemisphere; masked directions take their nearest measured "
-        "neighbour, what lies farther counts as zero. Measured share: of the cosine-weighted hemisphere. u is the "
-        "independent part only, noise of the points and of the reference beam; what all points share (alignment, "
-        "solid angles, linearity, delays) is not in it."
+        "Measured: sum of DSF times solid angle over the measured directions; measured share: of the cosine-weighted "
+        "hemisphere. u is the independent part only, noise of the points and of the reference beam; what all points "
+        "share (alignment, solid angles, linearity, delays) is not in it. Masked guessed: the same sum if masked "
+        "directions held the value of their nearest measured neighbour; worth nothing where a peak is masked."
     )
     if with_truth:
         note += (
-            " Truth: of the sample itself, over the whole hemisphere. The difference compares like with like: "
-            "measured values and convolved truth, both summed over the measured directions alone. A lobe behind the "
-            "detector's head or a holder is in neither."
+            " Truth there: the convolved truth over exactly the measured directions; a lobe behind the detector's "
+            "head is in neither. Whole truth: of the sample itself, over the whole hemisphere."
         )
     return table(head, rows) + paragraph(note, "note")
 
@@ -95,7 +95,7 @@ def wavelengths(dataset: Dataset) -> str:
     for d in dataset.distributions:
         if d.wavelength_nm is None or d.incident_theta_deg > 1:
             continue
-        row = [f"{d.wavelength_nm:g} nm", fixed(zero_forty_five(d), 3), fixed(d.integrals.get("rho"), 4)]
+        row = [f"{d.wavelength_nm:g} nm", fixed(zero_forty_five(d), 3), fixed(d.integrals.get("rho_measured"), 4)]
         outermost_deg = float(d.theta_deg[d.measured].max(initial=0.0))
         rows.append([*row, f"{outermost_deg:.1f}\u00b0", percent(d.integrals.get("rho_measured_share"))])
     if not rows:

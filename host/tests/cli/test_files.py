@@ -88,7 +88,7 @@ def test_report_and_summary_with_a_truth_beside(reduced: Path) -> None:
     summary = json.loads(Path("summary.json").read_text())
     assert len(summary["distributions"]) == 6
     for entry in summary["distributions"]:
-        assert entry["truth"]["integrals"]["rho"] == pytest.approx(0.99)
+        assert entry["truth"]["integrals"]["rho_estimate"] == pytest.approx(0.99)
         assert abs(entry["differences"]["integrals"]["rho_measured"]["relative"]) < 0.05  # PTFE is nearly Lambertian
 
 

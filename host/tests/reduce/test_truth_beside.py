@@ -50,7 +50,7 @@ def test_a_lobe_behind_the_head_is_in_neither_sum(measured: Distribution, truth:
     assert known["rho_truth"] == pytest.approx(0.55, abs=1e-6)
     assert known["rho_truth_measured"] < 0.51  # the retro lobe lies in the shade
     assert found["rho_measured"] == pytest.approx(known["rho_truth_measured"], rel=1e-3)
-    assert found["rho_measured"] + found["rho_filled"] == pytest.approx(found["rho"], rel=1e-12)
+    assert found["rho_measured"] + found["rho_filled"] == pytest.approx(found["rho_estimate"], rel=1e-12)
 
 
 def test_the_same_fit_is_applied_to_the_truth(measured: Distribution, truth: Truth) -> None:

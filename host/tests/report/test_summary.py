@@ -26,12 +26,12 @@ def test_differences_are_measured_minus_truth(tmp_path: Path) -> None:
     differences = entry["differences"]
     for name in ("rho_measured", "tau_measured"):
         assert differences["integrals"][name]["relative"] == pytest.approx(0.002)
-    assert differences["integrals"]["rho"]["absolute"] == pytest.approx(d.integrals["rho"] - 0.7)
+    assert differences["integrals"]["rho_estimate"]["absolute"] == pytest.approx(d.integrals["rho_estimate"] - 0.7)
     peak = differences["peaks"]["mirror 30/0"]
     assert peak["direction_deg"] == pytest.approx(0.01, abs=1e-5)
     assert peak["sigma"]["relative"] == pytest.approx(0.02, abs=1e-6)
     assert peak["integral"]["relative"] == pytest.approx(0.002, abs=1e-6)
-    assert entry["truth"]["integrals"]["rho"] == 0.7
+    assert entry["truth"]["integrals"]["rho_estimate"] == 0.7
     unit = unit_from_angles_deg(d.theta_deg, d.phi_deg)
     seen = d.measured & (unit[:, 2] > 0)
     by_hand = float(np.sum(KnownTruth().dsf_per_sr(30.0, 0.0, unit)[seen] * d.solid_angle_sr[seen]))
