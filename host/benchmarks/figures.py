@@ -21,6 +21,7 @@ from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
 from gonio.geometry.kinematics import Kinematics
 from gonio.rawlog.reader import RawLog, read_rawlog
 from gonio.reduce.pairing import PoseTrack
+from gonio.reduce.truth_beside import beside
 from gonio.simulate.closed_form import Truth
 from gonio.units.instrument import Instrument, load_instrument
 
@@ -69,12 +70,16 @@ def beam_power(dataset: Dataset, scenario: Path) -> Figure:
 
 def lambertian(folder: Path) -> list[Figure]:
     """Direct-hemispherical reflectance of Lambertian 0.5."""
-    dataset = measure(PLANS / "lambertian.toml", SCENARIOS / "lambertian.toml", folder)
-    found = dataset.distributions[0].integrals
-    measured, estimate = (100.0 * (found[key] / 0.5 - 1.0) for key in ("rho_measured", "rho_estimate"))
+    scenario = SCENARIOS / "lambertian.toml"
+    distribution = measure(PLANS / "lambertian.toml", scenario, folder).distributions[0]
+    found, truth = distribution.integrals, beside(distribution, Truth.from_scenario(scenario))
+    there = 100.0 * (found["rho_measured"] / truth["rho_truth_measured"] - 1.0)
+    whole = 100.0 * (found["rho_estimate"] / 0.5 - 1.0)
+    unseen = 100.0 * (1.0 - found["rho_measured_share"])
     return [
-        Figure("Lambertian 0.5: reflectance, measured directions", measured, 0.2, "%"),
-        Figure("Lambertian 0.5: reflectance, masked guessed", estimate, 0.2, "%"),
+        Figure("Lambertian 0.5: reflectance, masked guessed", whole, 0.2, "%"),
+        Figure("Lambertian 0.5: measured directions, truth there", there, 0.2, "%"),
+        Figure("Lambertian 0.5: shaded or out of reach", unseen, None, "%"),
     ]
 
 
