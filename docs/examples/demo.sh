@@ -26,6 +26,8 @@ say 'Real data: sintered PTFE, measured by NIST'
 run $gonio import "$ptfe" -o "$out/ptfe_points.h5"
 run $gonio reduce "$out/ptfe_points.h5" -o "$out/ptfe.h5"
 run $gonio export "$out/ptfe.h5" --format csv -o "$out/ptfe.csv"
+run $gonio export "$out/ptfe.h5" --format klems-full --channel "633 nm" --front exterior --fill nearest --assume-flat -o "$out/ptfe.xml"
+run $gonio validate "$out/ptfe.xml"
 run $gonio report "$out/ptfe.h5" -o "$out/ptfe.html"
 
 say "Open $out/report.html and $out/ptfe.html"

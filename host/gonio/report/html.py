@@ -21,7 +21,6 @@ from gonio.report.html_parts import (
     folded,
     number,
     paragraph,
-    percent,
     section,
     table,
 )
@@ -141,7 +140,7 @@ def _beam(dataset: Dataset) -> str:
         return ""
     power = {(d.p_i, d.p_i_u_rel) for d in dataset.distributions}
     lines = [
-        f"P_i = {number(p, 6)} (signal \u00b7 sr), relative standard uncertainty {percent(u, 3)}"
+        f"P_i = {number(p, 6)} (signal \u00b7 sr), relative standard uncertainty {number(u, 2)} (independent part)"
         for p, u in sorted(power)
     ]
     caption = "Signal of the unobstructed beam, scanned without the sample, over the angle from its axis."

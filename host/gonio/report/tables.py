@@ -19,6 +19,7 @@ def incident(d: Distribution) -> str:
 def integrals(dataset: Dataset, known: Known) -> str:
     """Hemispherical values; the truth is taken over the same directions, so that what nobody saw is no error."""
     with_truth = any(known)
+    with_masked = any(not d.measured.all() for d in dataset.distributions)
     rows = []
     for d, truth in zip(dataset.distributions, known, strict=True):
         for name in HEMISPHERES:
@@ -31,7 +32,8 @@ def integrals(dataset: Dataset, known: Known) -> str:
             row += [percent(share)]
             if with_truth:
                 row += [fixed(there, 4), signed_percent(relative(measured, there))]
-            row += [fixed(d.integrals.get(f"{name}_estimate"), 4)]
+            if with_masked:
+                row += [fixed(d.integrals.get(f"{name}_estimate"), 4)]
             if with_truth:
                 row += [fixed(truth.get(f"{name}_truth"), 4)]
             rows.append(row)
@@ -39,13 +41,18 @@ def integrals(dataset: Dataset, known: Known) -> str:
         return ""
     head = [*_where_head(dataset), "into", "measured", "u (k = 1)", "measured share"]
     head += ["truth there", "difference"] if with_truth else []
-    head += ["masked guessed", "whole truth"] if with_truth else ["masked guessed"]
+    head += ["masked guessed"] if with_masked else []
+    head += ["whole truth"] if with_truth else []
     note = (
         "Measured: sum of DSF times solid angle over the measured directions; measured share: of the cosine-weighted "
         "hemisphere. u is the independent part only, noise of the points and of the reference beam; what all points "
-        "share (alignment, solid angles, linearity, delays) is not in it. Masked guessed: the same sum if masked "
-        "directions held the value of their nearest measured neighbour; worth nothing where a peak is masked."
+        "share (alignment, solid angles, linearity, delays) is not in it."
     )
+    if with_masked:
+        note += (
+            " Masked guessed: the same sum if masked directions held the value of their nearest measured neighbour; "
+            "worth nothing where a peak is masked."
+        )
     if with_truth:
         note += (
             " Truth there: the convolved truth over exactly the measured directions; a lobe behind the detector's "
