@@ -1,6 +1,33 @@
-"""conftest.py: property tests draw the same examples in every run, and none fails for being slow."""
+"""conftest.py: what many tests share: fixed property tests, and a fake firmware to talk to."""
 
+import socket
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from fake_firmware import Connect, FakeFirmware
 from hypothesis import settings
 
+from gonio.link.transport import Transport
+
+# The same examples in every run, and none fails for being slow.
 settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.load_profile("fixed")
+
+
+@pytest.fixture
+def connect() -> Iterator[Connect]:
+    """connect(**FakeFirmware arguments) gives the fake and a transport; both are closed after the test."""
+    opened: list[tuple[FakeFirmware, Transport]] = []
+
+    def make(**arguments: Any) -> tuple[FakeFirmware, Transport]:
+        fake = FakeFirmware(**arguments)
+        connection = socket.create_connection(("127.0.0.1", fake.port))
+        transport = Transport(connection, lock_step=fake.lock_step, name="fake")
+        opened.append((fake, transport))
+        return fake, transport
+
+    yield make
+    for fake, transport in opened:
+        transport.close()
+        fake.close()
