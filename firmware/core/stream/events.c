@@ -1,4 +1,4 @@
-/* events.c: Counters, Log and the digitiser's Fault, as events on the driver's session. */
+/* events.c: Counters, Log, a visitor's Stop and the digitiser's Fault, as events on the driver's session. */
 #include "events.h"
 
 #include <stdio.h>
@@ -44,6 +44,14 @@ void gn_event_log(struct gn_stream *stream, int64_t now_ns, enum gn_log_level le
     (void)snprintf(event.body.log.text, sizeof event.body.log.text, "%s", text);
     gn_session_event(&stream->session, &event);
     stream->port->log.write(stream->port->log.context, level, text);
+}
+
+void gn_event_stop(struct gn_stream *stream, int64_t now_ns, const gonio_Stop *stop) {
+    gonio_Event event = gonio_Event_init_zero;
+    event.time_ns = now_ns;
+    event.which_body = gonio_Event_stop_tag;
+    event.body.stop = *stop;
+    gn_session_event(&stream->session, &event);
 }
 
 void gn_event_digitiser_fault(struct gn_stream *stream, int64_t now_ns, const char *sentence) {

@@ -108,6 +108,9 @@ static void stop(struct gn_stream *stream, const struct gn_inbound *from, const 
     (void)snprintf(text, sizeof text, "stop asked for by the %s: %s", from->from_driver ? "driver" : "visitor",
                    request->body.stop.reason);
     gn_event_log(stream, now_ns, GN_LOG_INFO, text);
+    if (!from->from_driver) {
+        gn_event_stop(stream, now_ns, &request->body.stop);
+    }
     answer(stream, from, request->id, gonio_ReplyCode_REPLY_OK, "");
 }
 

@@ -1,6 +1,8 @@
 // test_requests.cpp: who may ask what, what is answered here, what goes to motion, and knots held to their credit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "bench_client.hpp"
 
 namespace {
@@ -94,6 +96,10 @@ TEST_F(Requests, stop_is_taken_from_anyone_and_a_visitor_may_do_nothing_else) {
     EXPECT_EQ(std::uint32_t{replies[2].header.sequence}, 3u);
     EXPECT_EQ(gn_ring_fill(&bench.shared->commands), 0u);
     EXPECT_EQ(bench.shared->stop_requested, 1u);
+    auto const told = driver.frames_of(GN_FRAME_EVENT);
+    EXPECT_EQ(std::count_if(told.begin(), told.end(),
+                            [](auto const &frame) { return frame.event().which_body == gonio_Event_stop_tag; }),
+              1);
     driver.request(1, gonio_Request_stop_tag);
     bench.process();
     EXPECT_EQ(bench.shared->stop_requested, 2u);

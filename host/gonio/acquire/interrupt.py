@@ -5,6 +5,7 @@ from types import FrameType
 from typing import Self
 
 from gonio.acquire.control import ControlSocket
+from gonio.protocol.generated import gonio_pb2 as pb
 from gonio.units.errors import GonioError
 
 
@@ -12,6 +13,12 @@ class ScanStopped(GonioError):  # noqa: N818 - nothing went wrong: someone asked
     """The scan was stopped on request; the status is the shell's for SIGINT."""
 
     exit_status = 128 + signal.SIGINT
+
+
+def stop_from_elsewhere(event: pb.Event, interrupt: "Interrupt") -> None:
+    """A visitor's stop counts whatever the scan is doing, standing still included."""
+    if event.WhichOneof("body") == "stop":
+        interrupt.ask(f"another program ({event.stop.reason})")
 
 
 class Interrupt:
@@ -31,6 +38,10 @@ class Interrupt:
         if self._acknowledged:
             raise KeyboardInterrupt
         self.reason = "Ctrl-C" if number == signal.SIGINT else "SIGTERM"
+
+    def ask(self, reason: str) -> None:
+        """Stop at the next check; the first reason counts."""
+        self.reason = self.reason or reason
 
     def check(self) -> None:
         """Raise ScanStopped, once, when someone asked to stop."""

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gonio.acquire.control import ControlSocket
-from gonio.acquire.interrupt import Interrupt, ScanStopped
+from gonio.acquire.interrupt import Interrupt, ScanStopped, stop_from_elsewhere
 from gonio.acquire.operator import Operator
 from gonio.acquire.progress import ScanProgress
 from gonio.acquire.resume import check_same_scan, digest, remaining_program
@@ -21,6 +20,7 @@ from gonio.link.transport import open_transport
 from gonio.plan.moves import starting_at
 from gonio.plan.program import PathStep, Program
 from gonio.protocol.blocks import sample_block
+from gonio.protocol.generated import gonio_pb2 as pb
 from gonio.protocol.generated import records
 from gonio.rawlog.segment_reader import Segment, read_segment
 from gonio.rawlog.segments import existing_segments, segment_path
@@ -44,8 +44,9 @@ class ScanRequest:
     twin_journal: Path | None = None
 
 
-def scan(request: ScanRequest, operator: Operator) -> Path:
-    """Measure, and write the raw log; its path. Raises ScanStopped, InstrumentFault or UsageError; the log is closed
+def scan(request: ScanRequest, operator: Operator, interrupt: Interrupt) -> Path:
+    """Measure, and write the raw log; its path. `interrupt` is entered by the caller, before the first slow import, so
+    that a stop is never missed. Raises ScanStopped, InstrumentFault or UsageError; the log is closed
     in every case and holds what came until then."""
     segments = _segments_to_continue(request)
     program = remaining_program(request.program, segments)
@@ -54,9 +55,8 @@ def scan(request: ScanRequest, operator: Operator) -> Path:
         raise UsageError(f"{request.output}: the scan is complete, nothing is left to resume")
     if path.exists():
         raise UsageError(f"{path}: exists and is never overwritten: choose another name or --resume")
+    interrupt.check()
     with ExitStack() as stack:
-        control = stack.enter_context(ControlSocket(request.device.name))
-        interrupt = stack.enter_context(Interrupt(control))
         transport = stack.enter_context(
             open_transport(request.device, truth=request.twin_truth, journal=request.twin_journal)
         )
@@ -68,7 +68,12 @@ def scan(request: ScanRequest, operator: Operator) -> Path:
         progress = stack.enter_context(ScanProgress(program.duration_s))
         session = Session(client, request.instrument)
         runner = Runner(session, operator, progress)
-        client.on_event = runner.take_event
+
+        def on_event(event: pb.Event) -> None:
+            stop_from_elsewhere(event, interrupt)
+            runner.take_event(event)
+
+        client.on_event = on_event
         _run(session, runner, program)
         writer.finish()
     return path

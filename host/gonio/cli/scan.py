@@ -4,12 +4,16 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gonio.cli.device import DeviceOption, InstrumentOption, JsonOption
 from gonio.cli.places import check_inputs, check_outputs
+
+if TYPE_CHECKING:
+    from gonio.acquire.interrupt import Interrupt
+    from gonio.link.device import Device
 
 
 def register(app: typer.Typer) -> None:
@@ -73,16 +77,33 @@ def scan(
     twin_journal: Annotated[Path | None, typer.Option(metavar="FILE", help="The twin writes its end state.")] = None,
 ) -> None:
     """Measure a plan into a raw log. Ctrl-C stops safely; --resume continues."""
-    from gonio.acquire.operator import AssumedOperator, PromptingOperator
-    from gonio.acquire.scan import ScanRequest
-    from gonio.acquire.scan import scan as run_scan
+    from gonio.acquire.control import ControlSocket
+    from gonio.acquire.interrupt import Interrupt
     from gonio.link.device import parse_device
-    from gonio.plan.compile import compile_plan
-    from gonio.units.instrument import load_instrument
 
     check_inputs(plan_file)
     check_outputs(output, twin_truth, twin_journal, inputs=[plan_file, instrument])
     named = parse_device(device)
+    with ControlSocket(named.name) as control, Interrupt(control) as interrupt:
+        _scan(plan_file, output, named, instrument, interrupt, resume, yes, (twin_truth, twin_journal))
+
+
+def _scan(
+    plan_file: Path,
+    output: Path,
+    named: "Device",
+    instrument: Path | None,
+    interrupt: "Interrupt",
+    resume: bool,
+    yes: bool,
+    twin_files: tuple[Path | None, Path | None],
+) -> None:
+    from gonio.acquire.operator import AssumedOperator, PromptingOperator
+    from gonio.acquire.scan import ScanRequest
+    from gonio.acquire.scan import scan as run_scan
+    from gonio.plan.compile import compile_plan
+    from gonio.units.instrument import load_instrument
+
     described = load_instrument(instrument)
     program = compile_plan(plan_file, described)
     request = ScanRequest(
@@ -93,9 +114,9 @@ def scan(
         device=named,
         output=output,
         resume=resume,
-        twin_truth=twin_truth,
-        twin_journal=twin_journal,
+        twin_truth=twin_files[0],
+        twin_journal=twin_files[1],
     )
     prompting = not yes and not named.lock_step
     operator = PromptingOperator(lambda text: typer.echo(text, err=True)) if prompting else AssumedOperator()
-    typer.echo(run_scan(request, operator))
+    typer.echo(run_scan(request, operator, interrupt))

@@ -169,7 +169,11 @@ def _incident(basis: KlemsBasis, points: Distribution, faces: Side, isotropic: b
     # Bins are 0.25 degrees: an isotropic sample's profile counts from its column azimuth, so that shifts are exact.
     zero = azimuth if isotropic else 0.0
     if not np.any(points.solid_angle_sr > 0):
-        raise UsageError("the dataset's points have no solid angles; reduce it first (gonio reduce, gonio import)")
+        where = f"{points.incident_theta_deg:g}/{points.incident_phi_deg:g}"
+        raise UsageError(
+            f"incident {where}: the points cover no solid angle: not reduced yet, or the scan ended there; reduce the"
+            " dataset, or finish the scan (gonio scan --resume)"
+        )
     profiles = {}
     for interior in (True, False):
         profile = hemisphere_profile(basis, points, theta_r if interior else 180.0 - theta_r, phi_r - zero)

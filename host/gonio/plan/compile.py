@@ -32,6 +32,9 @@ def compile_plan(path: Path, instrument: Instrument) -> Program:
 
 def compile_loaded(plan: Plan, instrument: Instrument) -> Program:
     """Compile a plan that was read already; see `compile_plan`."""
+    open_loop = [axis.name for axis in instrument.axes if axis.driven and not axis.encoder]
+    if open_loop:
+        raise UsageError(f"{open_loop[0]}: has no encoder; its position in motion is unknown, so it cannot fly a scan")
     if plan.sinusoid is not None:
         wanted = plan.sinusoid
         program = sinusoid_program(

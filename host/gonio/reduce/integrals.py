@@ -40,6 +40,8 @@ def integrals(distribution: Distribution, projected_sr: FloatArray | None = None
         ("tau", "back" if incident_up else "front", ~same_side),
     ):
         inside, outside = side & measured, side & ~measured
+        if not omega[inside].any():
+            continue  # nothing of this side was measured: no value, not a zero
         own, filled = float(distribution.dsf_per_sr[inside] @ weight[inside]), float(fill[outside] @ weight[outside])
         noise2 = float(distribution.variance_per_sr2[inside] @ weight[inside] ** 2)
         share = float(projected[inside].sum()) / np.pi

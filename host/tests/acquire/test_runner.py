@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fake_firmware import CREDIT_STEP, Connect, FakeFirmware
 
-from gonio.acquire.interrupt import Interrupt, ScanStopped
+from gonio.acquire.interrupt import Interrupt, ScanStopped, stop_from_elsewhere
 from gonio.acquire.operator import AssumedOperator
 from gonio.acquire.progress import ScanProgress
 from gonio.acquire.runner import Runner
@@ -115,6 +115,21 @@ def test_stop_from_a_visitor(connect: Connect) -> None:
     _, transport = connect(on_tick=stop)
     with pytest.raises(ScanStopped, match="another program"):
         run(transport, Program(steps=[path(1, 2000)]))
+
+
+def test_stop_from_a_visitor_counts_while_nothing_moves(connect: Connect) -> None:
+    """In a dark, at a prompt, between paths: the firmware says that a visitor asked, and the scan ends."""
+
+    def stop(fake: FakeFirmware, tick: int) -> None:
+        if tick == 3:
+            fake.event(stop=pb.Stop(reason="gonio stop"))
+
+    _, transport = connect(on_tick=stop)
+    interrupt, client = Interrupt(), Client(transport)
+    client.before_receive = interrupt.check
+    client.on_event = lambda event: stop_from_elsewhere(event, interrupt)
+    with pytest.raises(ScanStopped, match="gonio stop"):
+        client.wait_until(lambda: False, 10_000_000_000, "a dark")
 
 
 def test_interrupt_stops_between_frames_and_closes_the_shutter(connect: Connect) -> None:

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -248,3 +250,21 @@ def test_info_and_home(tmp_path: Path) -> None:
     assert (status, err) == (0, "")
     assert out.count(" deg\n") == 4
     assert os.listdir(tmp_path / "gonio") == []
+
+
+def test_stop_before_anything_moves(tmp_path: Path) -> None:
+    """A scan is reachable from its first moment: the stop waits in the control socket until it is heard."""
+    plan, device = write_inputs(tmp_path)
+    sockets = tmp_path / "gonio"
+    log = tmp_path / "raw.mcap"
+    command = [sys.executable, "-m", "gonio.cli.main", "scan", plan, "-o", log, "--device", device]
+    environment = os.environ | {"XDG_RUNTIME_DIR": str(tmp_path)}
+    with subprocess.Popen(list(map(str, command)), env=environment, stderr=subprocess.PIPE, text=True) as scanning:
+        while not list(sockets.glob("*.sock")):
+            assert scanning.poll() is None
+        status, out, _ = run(tmp_path, "stop")
+        _, err = scanning.communicate(timeout=60)
+    assert status == 0
+    assert "stops" in out
+    assert scanning.returncode == 130
+    assert "gonio stop" in err

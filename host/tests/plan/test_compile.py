@@ -1,5 +1,6 @@
 """test_compile.py: whole plans to programs: order of the steps, continuity, limits, refusals, notes."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -125,3 +126,13 @@ def test_sinusoids_use_the_speed_that_was_asked_for() -> None:
 def test_too_fast_sinusoids_are_refused() -> None:
     with pytest.raises(UsageError, match=r"sinusoid: .* sample azimuth would turn at"):
         compiled("[sinusoid]\namplitude_deg = 40\npeak_speed_deg_per_s = 31\nduration_s = 60\n")
+
+
+def test_open_loop_axes_are_refused() -> None:
+    instrument = load_instrument(None)
+    blind = replace(
+        instrument, axes=(instrument.axes[0], replace(instrument.axes[1], encoder=False), *instrument.axes[2:])
+    )
+    plan = Path(__file__).resolve().parents[3] / "docs" / "examples" / "lobe.toml"
+    with pytest.raises(UsageError, match="sample roll: has no encoder"):
+        compile_plan(plan, blind)

@@ -69,8 +69,7 @@ def test_points_in_one_plane_cover_nothing() -> None:
     both = np.concatenate((theta, theta))
     phi = np.repeat([30.0, 210.0], len(theta))
     found = reduce_dataset(Dataset([measured(both, phi, np.cos(np.radians(both)) / np.pi)])).distributions[0]
-    assert found.integrals["rho_estimate"] == pytest.approx(0.0, abs=1e-4)
-    assert found.integrals["rho_measured_share"] == pytest.approx(0.0, abs=1e-4)
+    assert not [name for name in found.integrals if name.startswith(("rho", "tau"))]  # no value, not a zero
 
 
 def test_nist_ptfe_reflects_less_than_all_light_over_the_covered_part() -> None:
