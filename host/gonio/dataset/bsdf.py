@@ -18,14 +18,14 @@ class PointFlag(IntFlag):
     MEASURED = 0
     SHADOWED = 1  # masked: the detector's head shades the source
     UNREACHABLE = 2  # masked: limits or collision zones; no sample was taken
-    HOLDER = 4  # masked: behind the sample holder
+    HOLDER = 4  # masked: behind the sample holder; reserved, nothing sets it yet
     SATURATED = 8  # masked: both gains saturated
     POSE_LOST = 16  # masked: no valid pose around the sample
     CLOCK_UNSETTLED = 32  # masked: no sample clock yet
     INTERPOLATED_POSE = 64  # used: a SYNC or TPDO next to it was lost
     LOW_SIGNAL = 128  # used: under three standard deviations of the noise
     SIMULATED = 256  # used: not measured but computed
-    NOT_MEASURED = 512  # masked: the plan had it, the scan ended before
+    NOT_MEASURED = 512  # masked: the plan had it, the scan ended before; reserved, nothing sets it yet
 
 
 MASKED = (
