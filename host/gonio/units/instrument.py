@@ -267,6 +267,9 @@ def _axis(reader: _Reader, row: dict[str, Any], where: str) -> Axis:
         raise reader.error(f"{where}.carries", f'is "{axis.carries}": "sample" or "detector" expected')
     if not axis.min_deg < axis.max_deg:
         raise reader.error(f"{where}.min_deg", f"is {axis.min_deg}: it must be less than max_deg = {axis.max_deg}")
+    if axis.max_deg - axis.min_deg > axis.cable_wrap_deg:
+        turn_deg = axis.max_deg - axis.min_deg
+        raise reader.error(f"{where}.cable_wrap_deg", f"is {axis.cable_wrap_deg}: the limits let it turn {turn_deg}")
     if axis.max_velocity_deg_per_s <= 0 or axis.max_acceleration_deg_per_s2 <= 0:
         raise reader.error(f"{where}.max_velocity_deg_per_s", "and max_acceleration_deg_per_s2 must be positive")
     return axis

@@ -59,6 +59,12 @@ def test_what_is_wrong_is_named(old: str, new: str, named: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+def test_limits_must_not_wind_up_the_cable() -> None:
+    text = (Path(__file__).resolve().parents[3] / "protocol" / "axes.toml").read_text()
+    with pytest.raises(UsageError, match=r"cable_wrap_deg is 180.0: the limits let it turn 190.0"):
+        parse_instrument(text.replace("cable_wrap_deg = 190.0", "cable_wrap_deg = 180.0"), "axes.toml")
+
+
 def test_negative_counts_per_degree() -> None:
     text = REFERENCE.replace("counts_per_deg = [10000, 9]", "counts_per_deg = [-10000, 9]", 1)
     assert parse_instrument(text, "my.toml").axes[0].counts_per_deg == -400_000 / 360
