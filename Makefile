@@ -15,7 +15,7 @@ CMAKE := cmake -G Ninja $(if $(shell command -v ccache),-DCMAKE_C_COMPILER_LAUNC
 FUZZ := PYTHON=$(BIN)/python firmware/fuzz/run.sh build/fuzz/logs
 JOBS := 2
 
-BUILD_PACKAGES := build-essential cmake ninja-build python3 python3-venv nanopb libnanopb-dev libtomlplusplus-dev libgtest-dev
+BUILD_PACKAGES := build-essential cmake ninja-build python3 python3-venv nanopb libnanopb-dev libtomlplusplus-dev libgtest-dev libembree-dev
 CHECK_PACKAGES := clang-$(CLANG) clang-tidy-$(CLANG) clang-format-$(CLANG) clang-tools-$(CLANG) libclang-rt-$(CLANG)-dev
 SCHEMA := protocol/gonio.proto protocol/gonio.options protocol/records.toml protocol/generate.py
 GENERATED := host/gonio/protocol/generated
