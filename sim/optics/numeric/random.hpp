@@ -45,9 +45,8 @@ public:
 private:
     std::uint32_t next() {
         if (used_ == 4) {
-            block_ = philox4x32({static_cast<std::uint32_t>(photon_), static_cast<std::uint32_t>(photon_ >> 32U),
-                                 number_++, 0},
-                                key_);
+            block_ = philox4x32(
+                {static_cast<std::uint32_t>(photon_), static_cast<std::uint32_t>(photon_ >> 32U), number_++, 0}, key_);
             used_ = 0;
         }
         return block_[used_++];

@@ -17,13 +17,19 @@ struct Vector {
     friend bool operator==(const Vector &a, const Vector &b) = default;
 };
 
-inline double dot(const Vector &a, const Vector &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline double dot(const Vector &a, const Vector &b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 inline Vector cross(const Vector &a, const Vector &b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline double length(const Vector &a) { return std::sqrt(dot(a, a)); }
+inline double length(const Vector &a) {
+    return std::sqrt(dot(a, a));
+}
 // Unit vector; `a` must not be zero.
-inline Vector unit(const Vector &a) { return (1.0 / length(a)) * a; }
+inline Vector unit(const Vector &a) {
+    return (1.0 / length(a)) * a;
+}
 
 // Right-handed orthonormal axes.
 struct Frame {

@@ -13,8 +13,8 @@ struct Start {
     Vector reference; // unit, across `direction`: the s axis of `stokes`
 };
 
-// Every photon carries the same power; a profile is drawn, not weighted. Random numbers, in this order: two for the place on
-// the stop, two for the direction, more only for stray light.
+// Every photon carries the same power; a profile is drawn, not weighted. Random numbers, in this order: two for the
+// place on the stop, two for the direction, more only for stray light.
 class Source {
 public:
     virtual ~Source() = default;
