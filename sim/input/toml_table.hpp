@@ -38,6 +38,9 @@ public:
 
     [[nodiscard]] const std::string &where() const { return where_; }
     [[nodiscard]] bool has(const std::string &key) const { return table_.contains(key); }
+    // Of which kind the value is, where several are allowed.
+    [[nodiscard]] bool is_table(const std::string &key) const { return table_[key].is_table(); }
+    [[nodiscard]] bool is_list(const std::string &key) const { return table_[key].is_array(); }
 
     double number(const std::string &key, double fallback) {
         auto const *node = find(key);
