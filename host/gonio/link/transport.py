@@ -16,6 +16,8 @@ LOCK_STEP_SILENCE_S = 60.0
 PACED_SILENCE_S = 5.0
 CONNECT_TIMEOUT_S = 5.0
 START_TIMEOUT_S = 30.0  # the twin loads its scenario before it listens
+TELLS_OF_LIGHT = "photon map: "  # how the twin begins a line on its standard error that is no complaint
+TRACES = TELLS_OF_LIGHT + "tracing "  # its last line while it traces a sample; that takes what it takes
 END_TIMEOUT_S = 60.0  # after we are gone the twin still brings the arm to rest and writes its journal
 
 
@@ -58,10 +60,19 @@ class TwinProcess:
         return host, int(port)
 
     def last_words(self) -> str:
-        """The last line that the twin wrote to its standard error, or nothing."""
-        self._stderr.seek(0)
-        lines = self._stderr.read().decode(errors="replace").strip().splitlines()
-        return lines[-1].removeprefix("gonio-twin: ") if lines else ""
+        """The last complaint that the twin wrote to its standard error, or nothing."""
+        complaints = [line for line in self._told() if not line.startswith(TELLS_OF_LIGHT)]
+        return complaints[-1].removeprefix("gonio-twin: ") if complaints else ""
+
+    def tracing(self) -> bool:
+        """Whether the twin is at work on a photon map, and so says nothing on the link."""
+        told = self._told()
+        return bool(told) and told[-1].startswith(TRACES) and self.process.poll() is None
+
+    def _told(self) -> list[str]:
+        # The twin writes through the same open file: pread leaves its place in it alone.
+        length = os.fstat(self._stderr.fileno()).st_size
+        return os.pread(self._stderr.fileno(), length, 0).decode(errors="replace").strip().splitlines()
 
     def wait(self) -> int:
         """Wait for the end of a virtual twin whose driver is gone; its exit status. Raises InstrumentFault."""
@@ -101,7 +112,7 @@ class Transport:
     def receive(self) -> bytes:
         """The next bytes, as many as there are. Raises InstrumentFault when the other side is silent or gone."""
         try:
-            data = self._connection.recv(CHUNK_BYTES)
+            data = self._wait_for_bytes()
         except TimeoutError as error:
             raise InstrumentFault(
                 f"{self.name}: no word from the firmware for {self.silence_s:.0f} s; the instrument stops by itself"
@@ -111,6 +122,14 @@ class Transport:
         if not data:
             raise self._lost()
         return data
+
+    def _wait_for_bytes(self) -> bytes:
+        while True:
+            try:
+                return self._connection.recv(CHUNK_BYTES)
+            except TimeoutError:
+                if not (self.twin and self.twin.tracing()):
+                    raise
 
     def send(self, data: bytes) -> None:
         """Send all bytes. Raises InstrumentFault when the other side is gone."""

@@ -34,9 +34,14 @@ def load_scenario(path: Path) -> Scenario:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise UsageError(f"{path}: cannot read the scenario ({error}): check name and syntax") from error
+    sample = document.get("sample", {})
+    if "kind" in sample:
+        raise UsageError(
+            f"{path}: sample.kind = {sample['kind']!r} is traced and has no closed form: compare with gonio simulate"
+        )
     named = document.get("instrument")
     instrument = load_instrument(path.parent / named if named else None)
-    components = tuple(document.get("sample", {}).get("components", ()))
+    components = tuple(sample.get("components", ()))
     for number, component in enumerate(components):
         kind = component.get("kind")
         if kind not in COMPONENT_KEYS:
