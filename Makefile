@@ -15,13 +15,13 @@ CMAKE := cmake -G Ninja $(if $(shell command -v ccache),-DCMAKE_C_COMPILER_LAUNC
 FUZZ := PYTHON=$(BIN)/python firmware/fuzz/run.sh build/fuzz/logs
 JOBS := 2
 
-BUILD_PACKAGES := build-essential cmake ninja-build python3 python3-venv nanopb libnanopb-dev libtomlplusplus-dev libgtest-dev libembree-dev
+BUILD_PACKAGES := build-essential cmake ninja-build python3 python3-dev python3-venv nanopb libnanopb-dev libtomlplusplus-dev libgtest-dev libembree-dev
 CHECK_PACKAGES := clang-$(CLANG) clang-tidy-$(CLANG) clang-format-$(CLANG) clang-tools-$(CLANG) libclang-rt-$(CLANG)-dev
 SCHEMA := protocol/gonio.proto protocol/gonio.options protocol/records.toml protocol/generate.py
 GENERATED := host/gonio/protocol/generated
 C_FILES = $(shell git ls-files -co --exclude-standard 'firmware/*.c' 'firmware/*.h' 'firmware/*.cpp' 'sim/*.cpp' 'sim/*.hpp')
 
-.PHONY: help setup build demo check test test-native test-sanitize test-fuzz test-host bench figures coverage soak clean
+.PHONY: help setup build demo check test test-native test-sanitize test-fuzz test-host bench bench-sim figures coverage soak clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
@@ -29,14 +29,14 @@ help: ## this list
 setup: $(STAMPS)/apt-build .venv/.installed $(GENERATED)/.stamp ## system packages, virtual environment, generated code
 
 build: setup build/native/build.ninja ## firmware core and twin
-	@ninja -C build/native --quiet gonio-twin gonio-twin-bench
+	@ninja -C build/native --quiet gonio-twin gonio-twin-bench _photons
 
 demo: build ## measure a simulated sample from end to end; results in build/demo
 	@docs/examples/demo.sh $(DEMO)
 
 check: build $(STAMPS)/apt-check ## formatting, static analysis, types, layers
 	clang-format-$(CLANG) --dry-run -Werror $(C_FILES)
-	run-clang-tidy-$(CLANG) -quiet -j $(JOBS) -p build/native '/(firmware/core|firmware/port|sim/devices|sim/optics|sim/twin)/' > build/clang-tidy.log 2>&1 \
+	run-clang-tidy-$(CLANG) -quiet -j $(JOBS) -p build/native '/(firmware/core|firmware/port|sim/devices|sim/optics|sim/python|sim/twin)/' > build/clang-tidy.log 2>&1 \
 	  || { grep -E 'warning:|error:' build/clang-tidy.log | sort -u; exit 1; }
 	$(BIN)/ruff check --config host/pyproject.toml host protocol
 	$(BIN)/ruff format --check --config host/pyproject.toml host protocol
@@ -63,6 +63,9 @@ test-host: build
 
 bench: build ## the hot loops beside their peers; tables and build/bench/*.json
 	$(BIN)/python host/benchmarks/bench.py build/bench
+
+bench-sim: build ## the photon map beside Radiance's; a table and build/bench/bench-sim.json
+	$(BIN)/python host/benchmarks/bench_sim.py build/bench
 
 figures: build ## accuracy of a whole scan against the twin's truth
 	cd host && ../$(BIN)/python -m benchmarks.figures
@@ -100,11 +103,11 @@ $(GENERATED)/.stamp: $(SCHEMA) .venv/.installed
 	@echo '"""Generated from protocol/ at build time."""' > $(GENERATED)/__init__.py
 	@touch $@
 
-build/native/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build
+build/native/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build .venv/.installed
 	@$(CMAKE) -S . -B build/native > /dev/null
 build/sanitize/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build
 	@$(CMAKE) -S . -B build/sanitize -DCMAKE_BUILD_TYPE=Debug -DGONIO_SANITIZE=ON > /dev/null
 build/coverage/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build
-	@$(CMAKE) -S . -B build/coverage -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS=--coverage -DCMAKE_CXX_FLAGS=--coverage > /dev/null
+	@$(CMAKE) -S . -B build/coverage -DCMAKE_BUILD_TYPE=Debug -DGONIO_EMBREE=OFF -DCMAKE_C_FLAGS=--coverage -DCMAKE_CXX_FLAGS=--coverage > /dev/null
 build/fuzz/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build $(STAMPS)/apt-check
-	@CC=clang-$(CLANG) CXX=clang++-$(CLANG) $(CMAKE) -S . -B build/fuzz -DGONIO_SANITIZE=ON -DGONIO_FUZZ=ON > /dev/null
+	@CC=clang-$(CLANG) CXX=clang++-$(CLANG) $(CMAKE) -S . -B build/fuzz -DGONIO_EMBREE=OFF -DGONIO_SANITIZE=ON -DGONIO_FUZZ=ON > /dev/null

@@ -18,6 +18,7 @@
 
 #include "arrays.hpp"
 #include "hit_map.hpp"
+#include "module_parts.hpp"
 #include "photon_scenario.hpp"
 #include "progressive.hpp"
 #include "rig_scenario.hpp"
@@ -25,10 +26,31 @@
 #include "virtual_goniophotometer.hpp"
 
 namespace gonio::sim {
-namespace {
 
 namespace nb = nanobind;
 using namespace nb::literals;
+
+const Band &band_of(const Photon_scenario &scenario, const std::string &name) {
+    for (const Band &band : scenario.bands) {
+        if (band.name == name) {
+            return band;
+        }
+    }
+    throw Input_error(scenario.path.string() + ": there is no band \"" + name + "\"; add a [[band]] of that name");
+}
+
+nb::dict as_dict(const Balance &balance) {
+    nb::dict result;
+    result["photons"] = balance.photons;
+    result["emitted"] = balance.emitted;
+    result["stored"] = balance.stored;
+    result["absorbed"] = balance.absorbed;
+    result["lost"] = balance.lost;
+    result["roulette"] = balance.roulette;
+    return result;
+}
+
+namespace {
 
 // Python's Scatter_table: distributions are added one by one.
 class Python_table {
@@ -77,26 +99,6 @@ std::shared_ptr<Photon_scenario> load(const std::string &path, const std::string
     auto scenario = std::make_shared<Photon_scenario>(load_rig_scenario(path, source_directory, read));
     scenario->trace.seed = seed.value_or(scenario->trace.seed);
     return scenario;
-}
-
-const Band &band_of(const Photon_scenario &scenario, const std::string &name) {
-    for (const Band &band : scenario.bands) {
-        if (band.name == name) {
-            return band;
-        }
-    }
-    throw Input_error(scenario.path.string() + ": there is no band \"" + name + "\"; add a [[band]] of that name");
-}
-
-nb::dict as_dict(const Balance &balance) {
-    nb::dict result;
-    result["photons"] = balance.photons;
-    result["emitted"] = balance.emitted;
-    result["stored"] = balance.stored;
-    result["absorbed"] = balance.absorbed;
-    result["lost"] = balance.lost;
-    result["roulette"] = balance.roulette;
-    return result;
 }
 
 // The scenario lives as long as what was built from it.
@@ -286,4 +288,5 @@ NB_MODULE(_photons, module) {
     nanobind::register_exception_translator(gonio::sim::translate_input_error);
     gonio::sim::bind_scenario(module);
     gonio::sim::bind_tracing(module);
+    gonio::sim::bind_patches(module);
 }

@@ -99,6 +99,7 @@ void write_journal(const std::filesystem::path &path, World &world, const std::s
         << ",\n  \"torque_allowed\": " << yes_no(world.interlocks().torque_allowed())
         << ",\n  \"host_lost\": " << standstill_json(world.standstill()) << ",\n  \"paths\": " << world.paths()
         << ",\n  \"samples\": " << world.digitiser().samples()
+        << ",\n  \"optics\": " << json_text(world.optics().account())
         << ",\n  \"packets_lost\": " << world.digitiser().packets_lost()
         << ",\n  \"strobe_edges\": " << world.strobe().edges()
         << ",\n  \"strobe_edges_lost\": " << world.strobe().edges_lost()

@@ -41,13 +41,15 @@ Directions Kinematics::directions(const std::array<double, axis_count> &q_deg) c
     }
     // Lab to sample: the sample's turns undone, the outermost first.
     Vec3 source = {0.0, 0.0, 1.0};
+    Vec3 up = {0.0, 1.0, 0.0};
     for (std::size_t i = 0; i < axis_count; ++i) {
         if (turns_.at(i).carries_sample) {
             source = turn(source, turns_.at(i).vector, -sine.at(i), cosine.at(i));
             detector = turn(detector, turns_.at(i).vector, -sine.at(i), cosine.at(i));
+            up = turn(up, turns_.at(i).vector, -sine.at(i), cosine.at(i));
         }
     }
-    return {source, detector};
+    return {source, detector, up};
 }
 
 } // namespace gonio::sim

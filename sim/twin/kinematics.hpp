@@ -9,8 +9,9 @@
 namespace gonio::sim {
 
 struct Directions {
-    Vec3 incident; // both in the sample frame, unit, away from the sample
+    Vec3 incident; // all in the sample frame, unit; away from the sample
     Vec3 outgoing;
+    Vec3 lab_up; // the lab's +Y
 };
 
 // Each axis is a turn about a vector given at zero, carried by the earlier axes of its chain. The sample frame is the

@@ -11,6 +11,10 @@
 #include "run.hpp"
 #include "toml_table.hpp"
 
+#ifdef GONIO_PHOTON_MAP
+#include "photon_map.hpp"
+#endif
+
 namespace {
 
 using namespace gonio::sim;
@@ -101,10 +105,25 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+// Without a photon map the closed forms' factory says what is missing.
+std::unique_ptr<Optics> optics_of(const Scenario &scenario, [[maybe_unused]] bool paced) {
+#ifdef GONIO_PHOTON_MAP
+    if (scenario.photon_map.wanted) {
+        const Photon_map_settings &map = scenario.photon_map;
+        // In real time nobody should wait for the directions that the scenario names.
+        return photon_map_optics(
+            {scenario.path, source_directory(), map.band, map.memory_mib, map.incident_tolerance_deg, paced},
+            [](const std::string &line) { std::cerr << line << std::endl; });
+    }
+#endif
+    return closed_form_optics(scenario);
+}
+
 int run(const Options &options) {
     Scenario const scenario = load_scenario(options.scenario, source_directory());
     Lockstep_link link(options.host, options.port, options.paced);
-    World world(scenario, link, options.truth);
+    World world(scenario, link, options.truth,
+                [&](const Scenario &wanted) { return optics_of(wanted, options.paced); });
     std::cout << "listening " << link.address() << std::endl;
     auto const start = std::chrono::steady_clock::now();
     std::string reason;

@@ -80,7 +80,28 @@ void read_beam(Toml_table table, Scenario &scenario) {
     scenario.beam = {divergence_deg * deg, edge_deg * deg};
     scenario.beam_diameter_at_head_mm = std::max(diameter_mm, 2.0 * radius_mm * std::tan(0.5 * divergence_deg * deg));
     scenario.power_counts = at_least(table, "power_counts", 1500.0, 0.0);
+    if (!scenario.photon_map.wanted) {
+        table.finish();
+    }
+}
+
+void read_sample(Toml_table table, Scenario &scenario) {
+    scenario.sample_mounted = table.boolean("mounted", true);
+    scenario.photon_map.wanted = table.has("kind");
+    if (scenario.photon_map.wanted) {
+        return;
+    }
+    for (Toml_table &component : table.tables("components")) {
+        read_component(std::move(component), scenario.sample);
+    }
     table.finish();
+}
+
+void read_photon_map(Toml_table &detector, Photon_map_settings &settings) {
+    settings.band = detector.text("band", "");
+    settings.memory_mib = at_least(detector, "map_memory_mib", settings.memory_mib, 1.0);
+    settings.incident_tolerance_deg =
+        at_least(detector, "incident_tolerance_deg", settings.incident_tolerance_deg, 0.005);
 }
 
 void read_detector(Toml_table table, Scenario &scenario) {
@@ -101,6 +122,9 @@ void read_detector(Toml_table table, Scenario &scenario) {
     d.lamp_ripple_period_s = at_least(table, "lamp_ripple_period_s", d.lamp_ripple_period_s, 0.001);
     scenario.high_delay_us = at_least(table, "high_delay_us", 0.0, 0.0);
     scenario.low_delay_us = at_least(table, "low_delay_us", 0.0, 0.0);
+    if (scenario.photon_map.wanted) {
+        read_photon_map(table, scenario.photon_map);
+    }
     table.finish();
 }
 
@@ -175,12 +199,10 @@ Scenario load_scenario(const std::filesystem::path &path, const std::filesystem:
         instrument = source_directory / "protocol" / "axes.toml";
     }
     scenario.instrument = load_instrument(instrument);
-    Toml_table sample = table.table("sample");
-    scenario.sample_mounted = sample.boolean("mounted", true);
-    for (Toml_table &component : sample.tables("components")) {
-        read_component(std::move(component), scenario.sample);
+    read_sample(table.table("sample"), scenario);
+    if (scenario.photon_map.wanted) {
+        table.ignore({"materials", "source", "band", "photons", "readings", "rig"});
     }
-    sample.finish();
     read_beam(table.table("beam"), scenario);
     read_detector(table.table("detector"), scenario);
     read_timing(table.table("timing"), scenario);

@@ -55,12 +55,21 @@ struct Drives {
     std::array<double, axis_count> initial_deg;
 };
 
+// How the running twin reads a sample that is traced ([sample] kind); what is traced is the photon map's to read.
+struct Photon_map_settings {
+    bool wanted = false;                  // otherwise the sample is a closed form
+    std::string band;                     // what the detector sees; empty: the file's first
+    double memory_mib = 1024.0;           // of stored maps together
+    double incident_tolerance_deg = 0.02; // a stored map answers for incident directions this near
+};
+
 struct Scenario {
     std::filesystem::path path;
     std::filesystem::path eds_directory;
     std::uint64_t seed;
     Instrument instrument;
-    Sample sample;
+    Sample sample; // empty if the photon map is wanted
+    Photon_map_settings photon_map;
     bool sample_mounted;
     Beam_profile beam;
     double beam_diameter_at_head_mm;
@@ -74,7 +83,8 @@ struct Scenario {
     std::vector<Fault> faults;
 };
 
-// Unknown keys and impossible values throw Input_error. The instrument file is the one that the scenario names
+// Unknown keys and impossible values throw Input_error; of a photon map's scenario the keys of [sample], [beam] and the
+// tables that only it has are left to its own reader. The instrument file is the one that the scenario names
 // (relative to it), else axes.toml beside the scenario, else protocol/axes.toml under source_directory.
 Scenario load_scenario(const std::filesystem::path &path, const std::filesystem::path &source_directory);
 

@@ -47,17 +47,13 @@ Digitiser_config digitiser_config(const Scenario &scenario) {
     return config;
 }
 
-double aperture_half_angle_rad(const Instrument &instrument) {
-    return std::atan(0.5 * instrument.detector_aperture_mm / instrument.arm_radius_mm);
-}
-
 } // namespace
 
-World::World(const Scenario &scenario, Carrier &carrier, const std::filesystem::path &truth_path)
+World::World(const Scenario &scenario, Carrier &carrier, const std::filesystem::path &truth_path,
+             const Optics_factory &make_optics)
     : scenario_(scenario), bus_(scheduler_, can_bits_per_s), kinematics_(scenario.instrument.axes),
-      optics_(
-          std::make_unique<Closed_form>(scenario.sample, scenario.beam, aperture_half_angle_rad(scenario.instrument))),
-      head_{scenario.instrument.head_diameter_mm, scenario.beam_diameter_at_head_mm, scenario.instrument.arm_radius_mm},
+      optics_(make_optics(scenario)), head_{scenario.instrument.head_diameter_mm, scenario.beam_diameter_at_head_mm,
+                                            scenario.instrument.arm_radius_mm},
       detector_(scenario.seed, scenario.detector), shutter_(scheduler_),
       interlocks_([this](std::uint32_t line, bool level) { port_->on_line(line, level); },
                   [this](bool allowed) {
@@ -108,12 +104,24 @@ bool World::at_rest() const {
     return std::all_of(speed.begin(), speed.end(), [](double v) { return std::abs(v) < rest_deg_per_s; });
 }
 
+bool World::sample_turning() const {
+    for (std::size_t i = 0; i < axis_count; ++i) {
+        const Axis_settings &axis = scenario_.instrument.axes.at(i);
+        double const counts_per_s = drives_.at(i)->true_velocity_counts_per_s();
+        if (axis.carries_sample && std::abs(counts_per_s) >= std::abs(axis.counts_per_deg) * rest_deg_per_s) {
+            return true;
+        }
+    }
+    return false;
+}
+
 double World::light_counts(std::int64_t time_ns, const std::array<double, axis_count> &q_deg) const {
     if (!lamp_on_ || !shutter_.was_open(time_ns)) {
         return 0.0;
     }
     Directions const d = kinematics_.directions(q_deg);
-    double const dsf_per_sr = optics_->apparent_dsf_per_sr({d.incident, d.outgoing, sample_mounted_});
+    double const dsf_per_sr =
+        optics_->apparent_dsf_per_sr({d.incident, d.outgoing, sample_mounted_, d.lab_up, sample_turning()});
     double const lamp = detector_.lamp(1e-9 * static_cast<double>(time_ns));
     return scenario_.power_counts * lamp * dsf_per_sr * head_.transmitted(d.incident, d.outgoing);
 }

@@ -11,6 +11,7 @@
 #include "detector.hpp"
 #include "faults.hpp"
 #include "kinematics.hpp"
+#include "optics_factory.hpp"
 #include "port_sim.hpp"
 #include "shading.hpp"
 #include "truth_file.hpp"
@@ -30,7 +31,8 @@ struct Standstill {
 
 class World final : private Board {
 public:
-    World(const Scenario &scenario, Carrier &carrier, const std::filesystem::path &truth_path);
+    World(const Scenario &scenario, Carrier &carrier, const std::filesystem::path &truth_path,
+          const Optics_factory &make_optics = closed_form_optics);
     ~World() override;
     World(const World &) = delete;
     World &operator=(const World &) = delete;
@@ -53,6 +55,7 @@ public:
     [[nodiscard]] const Drive &drive(std::size_t axis) const { return *drives_.at(axis); }
     [[nodiscard]] const Can_bus &bus() const { return bus_; }
     [[nodiscard]] const Shutter &shutter() const { return shutter_; }
+    [[nodiscard]] const Optics &optics() const { return *optics_; }
     [[nodiscard]] const Interlocks &interlocks() const { return interlocks_; }
     [[nodiscard]] const Strobe_line &strobe() const { return strobe_; }
     [[nodiscard]] const Digitiser &digitiser() const { return digitiser_; }
@@ -76,6 +79,7 @@ private:
     void log(int level, const std::string &text) override;
     void told(const gonio_Event &event) override;
 
+    [[nodiscard]] bool sample_turning() const;
     [[nodiscard]] double light_counts(std::int64_t time_ns, const std::array<double, axis_count> &q_deg) const;
     gn_sample convert(std::uint64_t sample, std::int64_t time_ns);
     void watch();

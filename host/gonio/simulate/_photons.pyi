@@ -125,6 +125,20 @@ class Goniophotometer:
     def store(self, first: int, count: int, threads: int, watch: Watch) -> tuple[HitMap, _Balance]:
         """Trace photons and keep what reaches the sphere."""
 
+class PatchMatrix:
+    """Columns of a BSDF matrix: light that fills a whole patch of directions, on one period of the sample.
+
+    `patches_deg` (n, 4): theta from, theta to (about the normal of the side), azimuth from, width in azimuth; patches of
+    one theta range are consecutive and equally wide.
+    """
+
+    def __init__(self, scenario: Scenario, band: str, patches_deg: _Floats, embree: bool = False) -> None: ...
+    def column(
+        self, incident_patch: int, front_lit: bool, first: int, count: int, threads: int, watch: Watch
+    ) -> tuple[tuple[_Counts, _Counts, _Counts], tuple[_Counts, _Counts, _Counts], _Balance]:
+        """Sums of weights, squares and hits, each (n,), per outgoing patch: on the lit side, on the other side. Sum of
+        weights / photons is the DSF integrated over the outgoing patch, averaged over the incident one."""
+
 def estimate(weight: _Counts, square: _Counts, hits: _Counts, photons: int, half_angle_rad: float) -> _Estimates:
     """DSF [1/sr], its standard error, half angle and hits, each (n,), of sums over `photons` photons. ValueError where
     the shapes differ."""

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from gonio.link import transport
 from gonio.link.device import DEFAULT_PORT, parse_device
 from gonio.link.transport import open_transport
-from gonio.units.errors import UsageError
+from gonio.units.errors import InstrumentFault, UsageError
 
 
 def test_names(tmp_path: Path) -> None:
@@ -45,6 +46,38 @@ def test_twin_that_does_not_start_is_quoted(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setenv("GONIO_TWIN", str(program))
     with pytest.raises(UsageError, match=r"^a\.toml: seed is missing$"):
         open_transport(parse_device(f"twin:{scenario}"))
+
+
+FAKE_TWIN = """#!/usr/bin/env python3
+import socket, sys, time
+listener = socket.create_server(("127.0.0.1", 0))
+print("listening 127.0.0.1:%d" % listener.getsockname()[1], flush=True)
+link, _ = listener.accept()
+print("photon map: tracing incident (45, 0), 1000 photons", file=sys.stderr, flush=True)
+time.sleep(0.5)
+print("photon map: incident (45, 0) is ready, 0.5 s", file=sys.stderr, flush=True)
+link.sendall(b"x")
+link.recv(1)
+"""
+
+
+def test_a_twin_that_traces_is_waited_for_and_one_that_is_silent_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = tmp_path / "a.toml"
+    scenario.write_text("")
+    program = tmp_path / "twin"
+    program.write_text(FAKE_TWIN)
+    program.chmod(0o755)
+    monkeypatch.setenv("GONIO_TWIN", str(program))
+    monkeypatch.setattr(transport, "LOCK_STEP_SILENCE_S", 0.1)
+    with open_transport(parse_device(f"twin:{scenario}")) as link:
+        assert link.twin
+        assert link.receive() == b"x"
+        assert not link.twin.tracing()
+        assert link.twin.last_words() == ""  # what it tells of its light is no complaint
+        with pytest.raises(InstrumentFault, match="no word from the firmware"):
+            link.receive()
 
 
 def test_nobody_listens() -> None:

@@ -89,7 +89,7 @@ double cosine_ring(double angle_rad, double beta_rad) {
 
 Closed_form::Closed_form(const Sample &sample, const Beam_profile &beam, double aperture_half_angle_rad)
     : kernel_(beam, aperture_half_angle_rad) {
-    for (const Lambertian &part : sample.lambertian) {
+    for (const Lambertian_part &part : sample.lambertian) {
         reflectance_ += part.reflectance;
         transmittance_ += part.transmittance;
     }

@@ -11,7 +11,7 @@
 namespace gonio::sim {
 
 // DSF rho/pi |cos theta_s| on the incident side, tau/pi |cos theta_s| on the other.
-struct Lambertian {
+struct Lambertian_part {
     double reflectance;
     double transmittance;
 };
@@ -31,7 +31,7 @@ struct Straight_through {
 };
 
 struct Sample {
-    std::vector<Lambertian> lambertian;
+    std::vector<Lambertian_part> lambertian;
     std::vector<Gaussian_lobe> lobes;
     std::vector<Straight_through> straight;
 };

@@ -3,17 +3,9 @@
 
 #include <cstdint>
 
-#include "vector.hpp"
+#include "ray.hpp"
 
 namespace gonio::sim {
-
-inline constexpr std::uint32_t no_primitive = 0xFFFFFFFFU;
-
-struct Ray {
-    Vector origin;
-    Vector direction;                       // unit
-    std::uint32_t from = no_primitive;      // number of the primitive that the ray leaves
-};
 
 struct Hit {
     double distance_mm;      // along the ray, more than least_distance_mm
@@ -22,9 +14,6 @@ struct Hit {
     std::uint32_t surface;   // index into the sample's surfaces
     std::uint32_t primitive; // number in the scene: in order of addition
 };
-
-// A ray does not meet anything nearer than this; flat primitives never meet a ray that leaves them.
-inline constexpr double least_distance_mm = 1e-7;
 
 // Which primitive is met first, computed in double precision, so that every implementation finds the same bits: the
 // smallest distance wins, and of equal ones the lowest primitive number.

@@ -28,4 +28,9 @@ struct Slat_stack {
     double half_length; // along x
 };
 
+class Shapes;
+
+// The stack's shapes, slat by slat, piece by piece: lines become parallelograms, arcs arcs; tangents run along x.
+void add_slats(const Slat_stack &stack, Shapes &shapes);
+
 } // namespace gonio::sim

@@ -7,14 +7,10 @@
 
 #include "direction_index.hpp"
 #include "hit_map.hpp"
+#include "make_scene.hpp"
 #include "photon_scenario.hpp"
 
 namespace gonio::sim {
-
-enum class Walk {
-    automatic, // the fast walk where the sample is a stack of slats, else Embree
-    embree,
-};
 
 class Virtual_goniophotometer {
 public:
@@ -40,6 +36,9 @@ public:
     [[nodiscard]] double aperture_half_angle_rad() const;
 
 private:
+    [[nodiscard]] double acceptance_half_angle_rad() const;
+    [[nodiscard]] Tracer tracer() const;
+
     Receiver_settings receiver_;
     Trace_settings trace_;
     Sample_model sample_;

@@ -52,6 +52,17 @@ TEST(Kinematics, SevenPoses) {
     }
 }
 
+// lab <- sample = R_Y(-q1) R_z(-q2): the lab's +Y lies in the sample's plane, turned by the roll.
+TEST(Kinematics, TheLabsUpShowsTheRoll) {
+    Kinematics const kinematics(reference().axes);
+    for (double const q2 : {0.0, 30.0, 210.0}) {
+        Vec3 const up = kinematics.directions({40.0, q2, 5.0, 6.0}).lab_up;
+        EXPECT_NEAR(up[0], -std::sin(q2 * deg), 1e-12);
+        EXPECT_NEAR(up[1], std::cos(q2 * deg), 1e-12);
+        EXPECT_NEAR(up[2], 0.0, 1e-12);
+    }
+}
+
 // The sample's turns do not change the angle between source and detector: cos q3 cos q4.
 TEST(Kinematics, AngleBetweenSourceAndDetectorIsTheArms) {
     Kinematics const kinematics(reference().axes);

@@ -1,6 +1,7 @@
 // test_run.cpp: the twin's main loop with a host in another thread that keeps step, hangs up, is silenced, or says
 // nothing.
 #include <atomic>
+#include <chrono>
 #include <string>
 #include <thread>
 
@@ -18,6 +19,16 @@ Scenario scenario_with(std::vector<Fault> faults) {
     scenario.faults = std::move(faults);
     return scenario;
 }
+
+// Says at the second look that ten seconds of wall time went into light since the first.
+class Slow_optics final : public Optics {
+public:
+    [[nodiscard]] double apparent_dsf_per_sr(const Reading &) const override { return 0.0; }
+    [[nodiscard]] std::int64_t held_ns() const override { return looks_++ == 0 ? 0 : 10000000000; }
+
+private:
+    mutable int looks_ = 0;
+};
 
 // Says HELLO and IDLE to every frame, until it has had `frames` of them or the twin closes; how many it had.
 std::uint32_t keep_step(Host &host, std::uint32_t frames) {
@@ -72,6 +83,21 @@ TEST(Run, ASilencedHostReleasesTheClock) {
     }
     link.close(0);
     host_thread.join();
+}
+
+// In real time the clock stands while light is traced, or the firmware would take it for a host that is silent. It is
+// ten seconds behind after a round, so in the next 0.3 s nothing happens; a clock that went on would show them.
+TEST(Run, ThePacedClockStandsWhileLightIsTraced) {
+    Lockstep_link link("127.0.0.1", 0, true);
+    World world(scenario_with({}), link, {}, [](const Scenario &) { return std::make_unique<Slow_optics>(); });
+    std::atomic<bool> ended{false};
+    std::thread end_thread([&ended] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        ended = true;
+    });
+    EXPECT_EQ(run_paced(world, link, ended), "ended by a signal");
+    end_thread.join();
+    EXPECT_LT(world.scheduler().now_ns(), 150000000);
 }
 
 TEST(Run, StallsWithTheNameOfTheOneWhoSaysNothing) {

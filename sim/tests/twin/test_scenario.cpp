@@ -32,8 +32,9 @@ std::string refusal(const std::string &text) {
 
 TEST(Scenario, AllOfTheRepositoryLoad) {
     int loaded = 0;
-    for (const auto &entry : std::filesystem::directory_iterator(scenarios)) {
-        if (entry.path().filename().string().find("-axes") == std::string::npos) {
+    for (const auto &entry : std::filesystem::recursive_directory_iterator(scenarios)) {
+        bool const scenario = entry.path().extension() == ".toml";
+        if (scenario && entry.path().filename().string().find("-axes") == std::string::npos) {
             EXPECT_NO_THROW(load_scenario(entry.path(), GONIO_SOURCE_DIR)) << entry.path();
             ++loaded;
         }
@@ -78,6 +79,28 @@ TEST(Scenario, ValuesArrive) {
     EXPECT_DOUBLE_EQ(s.sample.lobes.front().sigma_deg, 1.2);
     Scenario const losses = load_scenario(scenarios / "fault_losses.toml", GONIO_SOURCE_DIR);
     EXPECT_EQ(losses.faults.size(), 8U);
+}
+
+// A sample with a kind is the photon map's: its tables are left to their own reader, all others are read as ever.
+TEST(Scenario, PhotonMapsTablesAreLeftToItsReader) {
+    std::string const text = "[sample]\nkind = \"lambertian\"\nmaterial = \"white\"\nmounted = false\n"
+                             "[materials.white]\nkind = \"lambertian\"\n[source]\nopening_angle_deg = 0.5\n"
+                             "[[band]]\nname = \"visible\"\n[photons]\ncount = 1\n[readings]\nstep_deg = 2\n"
+                             "[rig]\n[beam]\npower_counts = 7.0\n[detector]\nband = \"visible\"\n";
+    Scenario const s = load_text(text + "map_memory_mib = 64\nincident_tolerance_deg = 0.1");
+    EXPECT_TRUE(s.photon_map.wanted);
+    EXPECT_FALSE(s.sample_mounted);
+    EXPECT_DOUBLE_EQ(s.power_counts, 7.0);
+    EXPECT_EQ(s.photon_map.band, "visible");
+    EXPECT_DOUBLE_EQ(s.photon_map.memory_mib, 64.0);
+    EXPECT_DOUBLE_EQ(s.photon_map.incident_tolerance_deg, 0.1);
+    EXPECT_NE(refusal(text + "map_memory = 64").find("map_memory"), std::string::npos);
+    EXPECT_NE(refusal(text + "map_memory_mib = 0").find("map_memory_mib"), std::string::npos);
+    EXPECT_NE(refusal(text + "[sauce]").find("sauce"), std::string::npos);
+    EXPECT_FALSE(load_text("seed = 1").photon_map.wanted);
+    for (const std::string closed : {"[materials.white]", "[photons]", "[detector]\nmap_memory_mib = 64"}) {
+        EXPECT_NE(refusal(closed).find("is not a key"), std::string::npos) << closed;
+    }
 }
 
 // A collimated beam looks as wide as its diameter seen from the detector.

@@ -8,7 +8,7 @@ from benchmarks.sim import klems, photon_map
 from benchmarks.sim.directions import even_directions
 from benchmarks.sim.louver import Louver
 from benchmarks.sim.scene import Beam
-from our_sheet import goniophotometer
+from our_sheet import SOURCES, goniophotometer
 
 from gonio.formats.klems import BASES
 from gonio.simulate import _photons
@@ -71,7 +71,7 @@ def test_hemispherical_values_are_genbsdfs(tmp_path: Path) -> None:
     theirs = klems.shares(matrices, basis)[1].reshape(basis.size, 2, basis.size).sum(axis=2)
     path = tmp_path / "louver.toml"
     path.write_text(LOUVER.scenario(photons=1))
-    scenario = _photons.Scenario(str(path), str(tmp_path), {})
+    scenario = _photons.Scenario(str(path), str(SOURCES), {})
     matrix = _photons.PatchMatrix(scenario, scenario.bands[0][0], np.array(klems.patches_of(basis)))
     ours = np.zeros((basis.size, 2))
     for patch in range(basis.size):
