@@ -35,7 +35,7 @@ demo: build ## measure a simulated sample from end to end; results in build/demo
 	@docs/examples/demo.sh $(DEMO)
 
 check: build $(STAMPS)/apt-check ## formatting, static analysis, types, layers
-	clang-format-$(CLANG) --dry-run -Werror $(C_FILES)
+	@clang-format-$(CLANG) --dry-run -Werror $(C_FILES)
 	run-clang-tidy-$(CLANG) -quiet -j $(JOBS) -p build/native '/(firmware/core|firmware/port|sim/devices|sim/optics|sim/python|sim/twin)/' > build/clang-tidy.log 2>&1 \
 	  || { grep -E 'warning:|error:' build/clang-tidy.log | sort -u; exit 1; }
 	$(BIN)/ruff check --config host/pyproject.toml host protocol

@@ -42,6 +42,7 @@ class Size:
     genbsdf_samples: tuple[int, int]
     reference_photons: int  # per incident patch
 
+
 FULL = Size(8_000_000, 250_000, 3, 16, 2_000_000, (25, 100), 400_000)
 QUICK = Size(50_000, 5_000, 1, 2, 50_000, (1, 2), 4_000)
 
@@ -128,13 +129,17 @@ def photons_and_readings(ours: Ours, peer: Peer | None, size: Size) -> tuple[lis
         rate = statistics.median(size.photons / run["wall_s"] / 1e6 for run in runs)
         other = of(peer, lambda p: p.made.emitted * p.through_port / p.made.usage.wall_s / 1e6)
         rows.append(row(f"photons through the aperture, {name}", "M/s", rate, other, "mkpmap", size.runs, high=True))
+        per_million = statistics.median(run["cpu_s"] / size.photons * 1e6 for run in runs)
+        other = of(peer, lambda p: p.made.usage.cpu_s / (p.made.emitted * p.through_port / 1e6))
+        rows.append(row(f"the same, {name}", "s cpu/M", per_million, other, "mkpmap", size.runs, high=False))
     for key, unit in (("wall_s", "s wall"), ("cpu_s", "s cpu")):
         other = of(peer, lambda p, key=key: getattr(p.read, key))
         rows.append(row("readings from the stored map", unit, median("fast slat walk", "read", key), other, "rtrace",
                         size.runs, high=False))  # fmt: skip
     mean, error = float(np.mean(differences)), float(np.std(differences, ddof=1) / len(differences) ** 0.5)
     rows += [
-        row("bias of the hemispherical integral", "%", abs(mean), of(peer, lambda p: abs(100 * p.bias)), "mkpmap + rtrace, 1 seed",
+        row("bias of the hemispherical integral", "%", abs(mean),
+            of(peer, lambda p: abs(100 * p.bias)), "mkpmap + rtrace, 1 seed",
             size.bias_seeds, high=False),
         row("peak memory, stored", "MiB", statistics.median(u.peak_mib for _, u in maps["fast slat walk"]),
             of(peer, lambda p: max(p.made.usage.peak_mib, p.read.peak_mib)), tools, size.runs, high=False),
@@ -145,22 +150,23 @@ def photons_and_readings(ours: Ours, peer: Peer | None, size: Size) -> tuple[lis
     one = maps["fast slat walk"][0][0]
     notes = [
         f"{photons / 1e6:.2f} M photons emitted, {one['stored'] / 1e6:.2f} M stored; {size.directions} directions",
-        f"aperture of the readings {np.degrees(half_angle):.3f} degrees (half angle), median of the {one['lit']} lit ones: "
-        f"{one['median_hits']:.0f} hits, standard error {100 * one['median_error']:.2f} %",
+        f"aperture of the readings {np.degrees(half_angle):.3f} degrees (half angle), median of the {one['lit']} lit "
+        f"ones: {one['median_hits']:.0f} hits, standard error {100 * one['median_error']:.2f} %",
         f"bias: ours {mean:+.4f} % with a standard error of {error:.4f} %",
     ]
     if peer is not None:
         notes.append(f"Radiance: {FACETS} facets per section, {peer.made.stored / 1e6:.2f} M of "
-                     f"{peer.made.emitted * peer.through_port / 1e6:.2f} M photons stored, bandwidth {BANDWIDTH}")  # fmt: skip
+                     f"{peer.made.emitted * peer.through_port / 1e6:.2f} M photons stored, "
+                     f"bandwidth {BANDWIDTH}")  # fmt: skip
     return rows, notes
 
 
 def klems_matrices(ours: Ours, folder: Path, size: Size, louver: Louver) -> tuple[list[dict[str, Any]], list[str]]:
     """Klems full, all 145 incident patches of both sides, at the standard error of genBSDF's 2000 samples.
 
-    genBSDF's error and time at two small numbers of samples, against our matrix of many photons: the part of the squared
-    error that falls as 1 / samples is extrapolated (what remains, facets and bounces left out, is not held against it),
-    time grows in proportion to the samples.
+    genBSDF's error and time at two small numbers of samples, against our matrix of many photons: the part of the
+    squared error that falls as 1 / samples is extrapolated (what remains, facets and bounces left out, is not held
+    against it), time grows in proportion to the samples.
     """
     basis = BASES["klems-full"]
     common = {"patches": klems.patches_of(basis), "out": str(folder / "ours.npz")}
@@ -191,9 +197,9 @@ def klems_matrices(ours: Ours, folder: Path, size: Size, louver: Louver) -> tupl
         rows.append(row("Klems full at genBSDF's error of 2000 samples", unit, took[key], peer,
                         "genBSDF, extrapolated", 1, high=False))  # fmt: skip
     return rows, [
-        f"Klems: {photons} photons per incident patch; root mean square error per element of both {target**0.5:.2e} of the "
-        f"incident light; genBSDF measured {squares[0]**0.5:.2e} at {few} samples ({usages[0].cpu_s:.1f} s cpu), "
-        f"{squares[1]**0.5:.2e} at {more} ({usages[1].cpu_s:.1f} s cpu)"
+        f"Klems: {photons} photons per incident patch; root mean square error per element of both {target**0.5:.2e} of "
+        f"the incident light; genBSDF measured {squares[0] ** 0.5:.2e} at {few} samples ({usages[0].cpu_s:.1f} s cpu), "
+        f"{squares[1] ** 0.5:.2e} at {more} ({usages[1].cpu_s:.1f} s cpu)"
     ]
 
 
@@ -211,12 +217,20 @@ def main() -> None:
         rows, notes = photons_and_readings(ours, peer_run(folder, size, louver), size)
         more_rows, more_notes = klems_matrices(ours, folder, size, louver)
     rows += more_rows
-    text = {"bench": "bench_sim", "machine": machine(), "quick": options.quick, "rows": rows, "notes": notes + more_notes}
+    text = {
+        "bench": "bench_sim",
+        "machine": machine(),
+        "quick": options.quick,
+        "rows": rows,
+        "notes": notes + more_notes,
+    }
     (options.out / "bench_sim.json").write_text(json.dumps(text, indent=1) + "\n")
     lines = [f"{'':52} {'unit':7} {'ours':>10} {'peer':>10} {'ratio':>8}  peer"]
     for line in rows:
         peer, ratio = ("not run", "-") if line["peer"] is None else (f"{line['peer']:.3g}", f"{line['ratio']:.3g}")
-        lines.append(f"{line['name']:52} {line['unit']:7} {line['ours']:10.3g} {peer:>10} {ratio:>8}  {line['peer_name']}")
+        lines.append(
+            f"{line['name']:52} {line['unit']:7} {line['ours']:10.3g} {peer:>10} {ratio:>8}  {line['peer_name']}"
+        )
     sys.stdout.write("\n".join([*lines, *notes, *more_notes]) + "\n")
 
 

@@ -12,8 +12,8 @@ using Vec3 = std::array<double, 3>;
 // Directions are unit vectors in the sample frame, pointing away from the sample; `incident` towards the source.
 struct Reading {
     Vec3 incident;
-    Vec3 outgoing;       // to the centre of the detector's aperture
-    bool sample_mounted; // false: the free beam
+    Vec3 outgoing;                 // to the centre of the detector's aperture
+    bool sample_mounted;           // false: the free beam
     Vec3 lab_up = {0.0, 1.0, 0.0}; // the lab's +Y, sample frame: how a beam that is not round lies on the sample
     bool sample_turning = false;   // the sample's axes move
 };

@@ -44,6 +44,9 @@ nb::dict as_dict(const Balance &balance) {
     result["photons"] = balance.photons;
     result["emitted"] = balance.emitted;
     result["stored"] = balance.stored;
+    result["stored_front"] = balance.stored_front;
+    result["front_square"] = balance.front_square;
+    result["back_square"] = balance.back_square;
     result["absorbed"] = balance.absorbed;
     result["lost"] = balance.lost;
     result["roulette"] = balance.roulette;

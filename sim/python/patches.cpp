@@ -36,8 +36,9 @@ class Python_matrix {
 public:
     Python_matrix(std::shared_ptr<Photon_scenario> scenario, const std::string &band, const Patches_in &patches,
                   bool embree)
-        : scenario_(std::move(scenario)), matrix_(*scenario_, band_of(*scenario_, band), patches_of(patches),
-                                                  embree ? Walk::embree : Walk::automatic) {}
+        : scenario_(std::move(scenario)),
+          matrix_(*scenario_, band_of(*scenario_, band), patches_of(patches), embree ? Walk::embree : Walk::automatic) {
+    }
 
     nb::tuple column_of(std::size_t patch, bool front_lit, std::uint64_t first, std::uint64_t count, unsigned threads,
                         Watch &watch) const {

@@ -12,8 +12,13 @@ def main() -> None:
     job = json.loads(job_file.read_text())
     box = genbsdf.SamplingBox(*job["box"])
     found = genbsdf.generate_bsdf(
-        device.read_bytes(), nsamp=job["samples"], nproc=job["workers"], dim=box, params=job["parameters"],
-        basis=job["basis"], front=job["front"],
+        device.read_bytes(),
+        nsamp=job["samples"],
+        nproc=job["workers"],
+        dim=box,
+        params=job["parameters"],
+        basis=job["basis"],
+        front=job["front"],
     )
     if not job["front"]:
         found.front = found.back  # the writer wants both; the caller leaves it out

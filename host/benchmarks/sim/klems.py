@@ -1,4 +1,4 @@
-"""klems.py: Klems matrices of a sample by Radiance (genBSDF's method: rfluxmtx through pyradiance), and their order in ours."""
+"""klems.py: Klems matrices of a sample by Radiance (genBSDF's method: rfluxmtx through pyradiance), in our order."""
 
 import json
 import sys

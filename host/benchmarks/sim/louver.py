@@ -1,4 +1,4 @@
-"""louver.py: the louver of papers [1] and [4] for both sides: a scenario of ours, and the same in flat facets for Radiance.
+"""louver.py: the louver of papers [1] and [4] for both sides: a scenario of ours, the same in facets for Radiance.
 
 The profile is worked out here from the scenario's parameters, independently of sim/optics/samples.
 """
@@ -81,14 +81,12 @@ incident = [[45.0, 90.0]]
         half = self.count // 2
         middle = 0.0 if self.count % 2 else 0.5
         slats = [slat + middle for slat in range(-half, self.count - half)]
-        add_slats(
-            scene, profile, pitch_mm=self.pitch_mm, slats=slats, half_length_mm=self.length_mm / 2, facets=facets
-        )
+        add_slats(scene, profile, pitch_mm=self.pitch_mm, slats=slats, half_length_mm=self.length_mm / 2, facets=facets)
         return scene
 
 
 def section(y0: float, z0: float, y1: float, z1: float, sagitta_mm: float, material: str) -> Piece:
-    """An arc from point 0 inwards (z falls) to point 1, sagging by `sagitta_mm` below its chord, less than a half circle."""
+    """An arc from point 0 inwards (z falls) to point 1, sagging by `sagitta_mm` below its chord (negative: above)."""
     if sagitta_mm == 0:
         return LinePiece(y0, z0, y1, z1, material)
     chord = hypot(y1 - y0, z1 - z0)

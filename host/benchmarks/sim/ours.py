@@ -1,4 +1,4 @@
-"""ours.py: one job on our photon map in a process of its own, so that its peak memory is its own: ours.py JOB.json > RESULT.
+"""ours.py: one job on our photon map in a process of its own, for its peak memory: ours.py JOB.json > RESULT.
 
 What a job asks for and gives: see the function of its name.
 """
@@ -41,7 +41,7 @@ def walk(job: dict[str, Any]) -> dict[str, Any]:
 
 
 def stored(job: dict[str, Any]) -> dict[str, Any]:
-    """Set-up, photons, map and all `directions` readings; and of the readings alone: time, median error, median hits."""
+    """Set-up, photons, map and all `directions` readings; of the readings alone: time, median error and hits."""
     start = clock()
     twin = goniophotometer(job)
     held, balance = twin.store(0, job["photons"], job["threads"], _photons.Watch())
@@ -104,7 +104,7 @@ def bias(job: dict[str, Any]) -> dict[str, Any]:
 
 
 def klems(job: dict[str, Any]) -> dict[str, Any]:
-    """Whole Klems matrices, both sides lit: seconds, and BSDF with its standard error, (side, incident, 2 x outgoing)."""
+    """Whole Klems matrices, both sides lit: seconds; shares and standard errors (side, incident, 2 x outgoing)."""
     scenario = _photons.Scenario(job["scenario"], str(SOURCES), {}, job.get("seed"))
     start = clock()
     matrix = _photons.PatchMatrix(scenario, scenario.bands[0][0], np.array(job["patches"]))

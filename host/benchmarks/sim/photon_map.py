@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .radiance import Usage, run
-from .scene import RECEIVER_MM, Beam, Scene, lab_from_sample
+from .scene import RECEIVER_MM, Beam, Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -18,7 +18,6 @@ class PhotonMap:
     """A map on disk and how it was made."""
 
     where: Path
-    incident_deg: tuple[float, float]
     emitted: float  # photons that left the port: from the last report, which can be a moment old
     stored: int
     usage: Usage
@@ -30,11 +29,11 @@ class PhotonMap:
         values = np.array(lines.split(), dtype=np.float64).reshape(-1, 6)
         if len(values) != self.stored:
             raise RuntimeError(f"pmapdump gave {len(values)} of {self.stored} photons")
-        return np.asarray(values[:, :3] @ lab_from_sample(*self.incident_deg) / RECEIVER_MM, dtype=np.float64)
+        return np.asarray(values[:, :3] / RECEIVER_MM, dtype=np.float64)
 
     def read(self, directions: FloatArray, bandwidth: int, workers: int = 2) -> tuple[FloatArray, Usage]:
         """Irradiance at sensors in these directions (sample frame), in Radiance's own unit, shape (n,)."""
-        at = RECEIVER_MM * directions @ lab_from_sample(*self.incident_deg).T
+        at = RECEIVER_MM * directions
         rays = np.concatenate([at, -at / RECEIVER_MM], 1).astype(np.float32).tobytes()
         command = ["rtrace", "-h", "-I+", "-fff", "-ab", "-1", "-n", str(workers), "-ap", "map.pm", str(bandwidth)]
         usage = run([*command, "-am", "90", "scene.oct"], self.where, rays)
@@ -59,7 +58,7 @@ def make(
     if not emitted or stored is None:
         raise RuntimeError(f"mkpmap's report is not understood: {words.strip()[-300:]}")
     kept = int(stored[1])
-    return PhotonMap(where, incident_deg, int(emitted[-1][0]) / int(emitted[-1][1]) * kept, kept, usage)
+    return PhotonMap(where, int(emitted[-1][0]) / int(emitted[-1][1]) * kept, kept, usage)
 
 
 def through_port(where: Path, photons: int, beam: Beam = Beam()) -> float:  # noqa: B008

@@ -1,10 +1,12 @@
-"""scene.py: the virtual goniophotometer as a Radiance scene: beam, port, receiver sphere, and a sample that is turned.
+"""scene.py: the virtual goniophotometer as a Radiance scene: beam, port, receiver sphere and a sample.
 
-Lengths in mm, the lab frame of CONVENTIONS.md: the source at +Z, the sample turned by lab <- sample = R_Y(-theta_i) R_z(-phi_i).
+Lengths in mm, the sample frame of CONVENTIONS.md: source and port stand where the light comes from, so that long slats lie
+along an axis, as octrees like it.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,19 +55,20 @@ class Scene:
         self.polygons.append((name, corners))
 
     def text(self, incident_deg: tuple[float, float], beam: Beam) -> str:
-        """The whole scene with the sample turned so that its incident direction points to the source."""
-        turn = lab_from_sample(*incident_deg)
+        """The whole scene with light from the incident direction."""
+        towards = unit(*incident_deg)
+        sun, port, aim = (" ".join(f"{value:.12g}" for value in v) for v in (towards, PORT_MM * towards, -towards))
         lines = [
             f"void light lamp\n0\n0\n3 {RADIANCE} {RADIANCE} {RADIANCE}\n",
-            f"lamp source sun\n0\n0\n4 0 0 1 {beam.opening_deg:.9g}\n",
+            f"lamp source sun\n0\n0\n4 {sun} {beam.opening_deg:.9g}\n",
             "void antimatter port\n1 void\n0\n0\n",
-            f"port ring stop\n0\n0\n8 0 0 {PORT_MM} 0 0 -1 0 {beam.diameter_mm / 2:.9g}\n",
+            f"port ring stop\n0\n0\n8 {port} {aim} 0 {beam.diameter_mm / 2:.9g}\n",
             "void antimatter receiver\n1 void\n0\n0\n",
             f"receiver bubble ball\n0\n0\n4 0 0 0 {RECEIVER_MM}\n",
             *self.materials,
         ]
         for number, (name, corners) in enumerate(self.polygons):
-            values = " ".join(f"{value:.12g}" for value in (corners @ turn.T).ravel())
+            values = " ".join(f"{value:.12g}" for value in corners.ravel())
             lines.append(f"{name} polygon s{number}\n0\n0\n{corners.size} {values}\n")
         return "\n".join(lines)
 
@@ -79,12 +82,10 @@ class Scene:
         return "\n".join(lines)
 
 
-def lab_from_sample(theta_deg: float, phi_deg: float) -> FloatArray:
-    """R_Y(-theta) R_z(-phi), shape (3, 3)."""
+def unit(theta_deg: float, phi_deg: float) -> FloatArray:
+    """Unit vector towards (theta, phi), shape (3,)."""
     theta, phi = np.radians([theta_deg, phi_deg])
-    about_y = np.array([[np.cos(theta), 0, -np.sin(theta)], [0, 1, 0], [np.sin(theta), 0, np.cos(theta)]])
-    about_z = np.array([[np.cos(phi), np.sin(phi), 0], [-np.sin(phi), np.cos(phi), 0], [0, 0, 1]])
-    return np.asarray(about_y @ about_z, dtype=np.float64)
+    return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
 
 
 @dataclass(frozen=True)
@@ -124,14 +125,20 @@ Piece = ArcPiece | LinePiece
 
 
 def add_slats(
-    scene: Scene, profile: Sequence[Piece], *, pitch_mm: float, slats: Sequence[float], half_length_mm: float, facets: int
+    scene: Scene,
+    profile: Sequence[Piece],
+    *,
+    pitch_mm: float,
+    slats: Sequence[float],
+    half_length_mm: float,
+    facets: int,
 ) -> None:
     """Slats of one profile along x, slat i shifted by i pitches along y. Arcs become `facets` flat strips each."""
     ends = np.array([-half_length_mm, half_length_mm, half_length_mm, -half_length_mm])
     for piece in profile:
         points = piece.points(facets)
         for slat in slats:
-            shifted = points + (slat * pitch_mm, 0.0)
-            for (y0, z0), (y1, z1) in zip(shifted[:-1], shifted[1:], strict=True):
+            shifted = points + np.array([slat * pitch_mm, 0.0])
+            for (y0, z0), (y1, z1) in pairwise(shifted):
                 corners = np.stack([ends, np.array([y0, y0, y1, y1]), np.array([z0, z0, z1, z1])], 1)
                 scene.polygons.append((piece.material, corners))

@@ -20,6 +20,7 @@ def integrals(dataset: Dataset, known: Known) -> str:
     """Hemispherical values; the truth is taken over the same directions, so that what nobody saw is no error."""
     with_truth = any(known)
     with_masked = any(not d.measured.all() for d in dataset.distributions)
+    with_counted = any("rho_counted" in d.integrals for d in dataset.distributions)
     rows = []
     for d, truth in zip(dataset.distributions, known, strict=True):
         for name in HEMISPHERES:
@@ -30,6 +31,8 @@ def integrals(dataset: Dataset, known: Known) -> str:
             measured, there = d.integrals[f"{name}_measured"], truth.get(f"{name}_truth_measured")
             row = [*_where(dataset, d), _INTO[name], fixed(measured, 4), number(d.integrals.get(f"{name}_u"), 2)]
             row += [percent(share)]
+            if with_counted:
+                row += [fixed(d.integrals.get(f"{name}_counted"), 4), number(d.integrals.get(f"{name}_counted_u"), 2)]
             if with_truth:
                 row += [fixed(there, 4), signed_percent(relative(measured, there))]
             if with_masked:
@@ -39,15 +42,22 @@ def integrals(dataset: Dataset, known: Known) -> str:
             rows.append(row)
     if not rows:
         return ""
-    head = [*_where_head(dataset), "into", "measured", "u (k = 1)", "measured share"]
+    sum_of_points = "sum of points" if with_counted else "measured"
+    head = [*_where_head(dataset), "into", sum_of_points, "u (k = 1)", "measured share"]
+    head += ["photons counted", "u (k = 1)"] if with_counted else []
     head += ["truth there", "difference"] if with_truth else []
     head += ["masked guessed"] if with_masked else []
     head += ["whole truth"] if with_truth else []
     note = (
-        "Measured: sum of DSF times solid angle over the measured directions; measured share: of the cosine-weighted "
+        f"{sum_of_points.capitalize()}: DSF times solid angle, added over these directions; measured share: of the cosine-weighted "
         "hemisphere. u is the independent part only, noise of the points and of the reference beam; what all points "
         "share (alignment, solid angles, linearity, delays) is not in it."
     )
+    if with_counted:
+        note += (
+            " Photons counted: all that reached the hemisphere over all that were emitted. The sum of points differs "
+            "from it where the points lie too far apart for the distribution's ridges and peaks."
+        )
     if with_masked:
         note += (
             " Masked guessed: the same sum if masked directions held the value of their nearest measured neighbour; "

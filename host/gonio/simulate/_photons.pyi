@@ -1,6 +1,7 @@
 """The photon map (sim/optics) for Python; built from sim/python. Angles in the sample frame of CONVENTIONS.md.
 
 A balance counts photons, and power in whole weights of 2^-24: emitted + roulette == stored + absorbed + lost, exactly.
+stored_front is what of stored arrived at z >= 0; front_square and back_square are sums of squared weights.
 Wrong input of the user raises gonio.units.errors.UsageError with one line.
 """
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 _Floats = NDArray[np.float64]
 _Counts = NDArray[np.uint64]
-_Balance = dict[str, int]  # photons, emitted, stored, absorbed, lost, roulette
+_Balance = dict[str, int]  # the names of gonio.simulate.readings.BALANCE
 _Estimates = tuple[_Floats, _Floats, _Floats, _Counts]
 
 embree: str

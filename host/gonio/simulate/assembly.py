@@ -95,9 +95,27 @@ def distribution_of(target: Target, reading: Reading, beam: FreeBeam) -> Distrib
         p_i=p_i,
         p_i_u_rel=beam.beam.p_i_u_rel,
     )
-    result.integrals = integrals(result) | target.integrals
+    result.integrals = integrals(result) | _counted(target.incident_deg[0], reading.balance) | target.integrals
     for peak in target.peaks:
         result.integrals |= _peak(target, peak, result)
+    return result
+
+
+def _counted(incident_theta_deg: float, balance: dict[str, int]) -> dict[str, float]:
+    """rho_counted, tau_counted: what reached each hemisphere over what was emitted, every photon counted: free of the
+    error of a sum over directions. rho_counted_u, tau_counted_u: standard uncertainties."""
+    if not balance:
+        return {}
+    emitted, photons = balance["emitted"], balance["photons"]
+    unit = emitted / photons  # whole weight of one photon
+    front, back = balance["stored_front"], balance["stored"] - balance["stored_front"]
+    sides = [("front", front), ("back", back)]
+    result: dict[str, float] = {}
+    for name, (side, stored) in zip(("rho", "tau"), sides if incident_theta_deg <= 90.0 else sides[::-1], strict=True):
+        mean = stored / emitted
+        mean_square = balance[f"{side}_square"] / unit / photons
+        result[f"{name}_counted"] = mean
+        result[f"{name}_counted_u"] = float(np.sqrt(max(mean_square - mean**2, 0.0) / photons))
     return result
 
 

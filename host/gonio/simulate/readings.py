@@ -8,7 +8,17 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 CountArray = NDArray[np.uint64]
 
-BALANCE = ("photons", "emitted", "stored", "absorbed", "lost", "roulette")
+BALANCE = (
+    "photons",
+    "emitted",
+    "stored",
+    "stored_front",
+    "front_square",
+    "back_square",
+    "absorbed",
+    "lost",
+    "roulette",
+)
 
 
 @dataclass(frozen=True, eq=False)

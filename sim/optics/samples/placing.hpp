@@ -1,5 +1,5 @@
-// placing.hpp: angles in degrees, for where the parts of a sample go. From elementary.hpp alone, so that a sample has the
-// same bits on every machine.
+// placing.hpp: angles in degrees, for where the parts of a sample go. From elementary.hpp alone, so that a sample has
+// the same bits on every machine.
 #pragma once
 
 #include "elementary.hpp"

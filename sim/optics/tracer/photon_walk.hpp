@@ -157,8 +157,14 @@ private:
         if (!cross_medium(distance_mm)) {
             return;
         }
-        balance_.stored += whole_;
         Vector const place = ray_.origin + distance_mm * ray_.direction;
+        balance_.stored += whole_;
+        if (place.z >= 0.0) {
+            balance_.stored_front += whole_;
+            balance_.front_square += whole_square(whole_);
+        } else {
+            balance_.back_square += whole_square(whole_);
+        }
         hits_.push_back({(1.0 / radius_mm) * place, ray_.direction, whole_});
         if (hits_.size() == buffer_hits) {
             flush();

@@ -31,11 +31,16 @@ public:
 struct Balance {
     std::uint64_t photons = 0;
     std::int64_t emitted = 0;
-    std::int64_t stored = 0;   // reached the receiver sphere
+    std::int64_t stored = 0;       // reached the receiver sphere
+    std::int64_t stored_front = 0; // of these, at z >= 0: the hemisphere of the sample's front
     std::int64_t absorbed = 0; // by surfaces, media and the room (what passes beside the receiver sphere); a material
                                // whose share is above 1 counts back
     std::int64_t lost = 0;     // gave up after most_interactions, or was no number: should be 0
     std::int64_t roulette = 0; // what survivors gained less what the dropped ones had: 0 on average
+
+    // Sums of squares of the weights that arrived, by hemisphere: how sure these counts are.
+    std::uint64_t front_square = 0;
+    std::uint64_t back_square = 0;
 
     Balance &operator+=(const Balance &other);
 };

@@ -15,7 +15,9 @@ constexpr double turns_per_deg = 1.0 / 360.0;
 constexpr double clear_of_sample_mm = 1e-3;
 constexpr double far_mm = 1e9; // the receiver of directions alone
 
-double cosine_of_deg(double angle_deg) { return sine_cosine_of_turns(angle_deg * turns_per_deg).cosine; }
+double cosine_of_deg(double angle_deg) {
+    return sine_cosine_of_turns(angle_deg * turns_per_deg).cosine;
+}
 
 // Starts on a rectangle in the plane just before the lit side.
 class Patch_source final : public Source {
@@ -68,7 +70,8 @@ public:
 
     [[nodiscard]] std::size_t find(const Vector &direction) const {
         double const cosine = std::abs(direction.z);
-        auto ring = std::find_if(rings_.begin(), rings_.end(), [cosine](const Ring &r) { return cosine > r.least_cosine; });
+        auto ring =
+            std::find_if(rings_.begin(), rings_.end(), [cosine](const Ring &r) { return cosine > r.least_cosine; });
         ring = ring == rings_.end() ? std::prev(ring) : ring; // exactly along the surface
         double turns = arc_tangent(direction.y, direction.x) * (0.5 / std::numbers::pi) - ring->phi_low_turns;
         turns -= std::floor(turns);

