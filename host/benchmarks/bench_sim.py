@@ -25,8 +25,6 @@ INCIDENT_DEG = (45.0, 90.0)
 BANDWIDTH = 2000
 RELATIVE_ERROR = BANDWIDTH**-0.5  # of Radiance's readings: 2.2 %
 THREADS = 2
-# Flat strips per section of a slat: with 40, tau is within 0.2 % of that of 200, and oconv takes seconds, not a minute.
-FACETS = 40
 DEPTH_MM = 12.0  # of the louver
 
 
@@ -41,10 +39,12 @@ class Size:
     bias_photons: int
     genbsdf_samples: tuple[int, int]
     reference_photons: int  # per incident patch
+    facets: int  # flat strips per section of a slat, for Radiance
 
 
-FULL = Size(8_000_000, 250_000, 3, 16, 2_000_000, (25, 100), 400_000)
-QUICK = Size(50_000, 5_000, 1, 2, 50_000, (1, 2), 4_000)
+# With 40 facets tau is within 0.2 % of that of 200, and oconv takes seconds, not a minute.
+FULL = Size(8_000_000, 250_000, 3, 16, 2_000_000, (25, 100), 400_000, 40)
+QUICK = Size(50_000, 5_000, 1, 2, 50_000, (1, 2), 4_000, 8)
 
 
 class Ours:
@@ -78,7 +78,7 @@ def peer_run(folder: Path, size: Size, louver: Louver) -> Peer | None:
     if radiance.folder() is None:
         return None
     through = photon_map.through_port(folder / "mirror", size.photons // 8)
-    made = photon_map.make(louver.radiance(FACETS), INCIDENT_DEG, size.photons, folder / "map", workers=THREADS)
+    made = photon_map.make(louver.radiance(size.facets), INCIDENT_DEG, size.photons, folder / "map", workers=THREADS)
     irradiance, usage = made.read(even_directions(size.directions), BANDWIDTH, THREADS)
     integral = float(np.mean(irradiance)) * 4 * np.pi * RECEIVER_MM**2
     # The light that is in the map: the photons that were stored, each with its part of the lamp's power.
@@ -155,7 +155,7 @@ def photons_and_readings(ours: Ours, peer: Peer | None, size: Size) -> tuple[lis
         f"bias: ours {mean:+.4f} % with a standard error of {error:.4f} %",
     ]
     if peer is not None:
-        notes.append(f"Radiance: {FACETS} facets per section, {peer.made.stored / 1e6:.2f} M of "
+        notes.append(f"Radiance: {size.facets} facets per section, {peer.made.stored / 1e6:.2f} M of "
                      f"{peer.made.emitted * peer.through_port / 1e6:.2f} M photons stored, "
                      f"bandwidth {BANDWIDTH}")  # fmt: skip
     return rows, notes
@@ -180,7 +180,7 @@ def klems_matrices(ours: Ours, folder: Path, size: Size, louver: Louver) -> tupl
     squares, usages = [], []
     for samples in size.genbsdf_samples:
         matrices, usage = klems.generate(
-            louver.radiance(FACETS), folder / "genbsdf", samples=samples, depth_mm=DEPTH_MM,
+            louver.radiance(size.facets), folder / "genbsdf", samples=samples, depth_mm=DEPTH_MM,
             cell_mm=(louver.pitch_mm, louver.pitch_mm), workers=THREADS,
         )  # fmt: skip
         squares.append(float(np.mean((klems.shares(matrices, basis) - reference) ** 2)))

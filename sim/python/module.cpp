@@ -137,15 +137,13 @@ private:
     Virtual_goniophotometer goniophotometer_;
 };
 
+// Estimates at directions, found by `read` while Python goes on.
 template <typename Read> Estimate_columns estimates(const Vectors_in &directions, Read read) {
     std::vector<Vector> const to = vectors(directions);
-    std::vector<Estimate> found(to.size());
-    {
+    std::vector<Estimate> const found = [&] {
         nb::gil_scoped_release const released;
-        for (std::size_t i = 0; i < to.size(); ++i) {
-            found[i] = read(to[i]);
-        }
-    }
+        return read(to);
+    }();
     return columns(found);
 }
 
@@ -249,20 +247,16 @@ void bind_tracing(nb::module_ &module) {
         .def_prop_ro("bytes", &Hit_map::bytes)
         .def(
             "fixed",
-            [](const Hit_map &map, const Vectors_in &directions, double half_angle_rad) {
-                return estimates(directions, [&](const Vector &to) { return map.fixed(to, half_angle_rad); });
+            [](const Hit_map &map, const Vectors_in &directions, double half_angle_rad, unsigned threads) {
+                return estimates(directions, [&](const auto &to) { return map.fixed(to, half_angle_rad, threads); });
             },
-            "directions"_a, "half_angle_rad"_a)
+            "directions"_a, "half_angle_rad"_a, "threads"_a)
         .def(
             "nearest",
             [](const Hit_map &map, const Vectors_in &directions, std::uint32_t bandwidth, double most_rad,
                unsigned threads) {
-                std::vector<Vector> const to = vectors(directions);
-                std::vector<Estimate> found = [&] {
-                    nb::gil_scoped_release const released;
-                    return map.nearest(to, bandwidth, most_rad, threads);
-                }();
-                return columns(found);
+                return estimates(directions,
+                                 [&](const auto &to) { return map.nearest(to, bandwidth, most_rad, threads); });
             },
             "directions"_a, "bandwidth"_a, "most_half_angle_rad"_a, "threads"_a);
     nb::class_<Progressive_readings>(module, "ProgressiveReadings")

@@ -50,6 +50,8 @@ public:
                               as_dict(found.balance));
     }
 
+    [[nodiscard]] double depth_mm() const { return matrix_.depth_mm(); }
+
 private:
     std::shared_ptr<Photon_scenario> scenario_;
     Patch_matrix matrix_;
@@ -61,6 +63,7 @@ void bind_patches(nb::module_ &module) {
     nb::class_<Python_matrix>(module, "PatchMatrix")
         .def(nb::init<std::shared_ptr<Photon_scenario>, const std::string &, const Patches_in &, bool>(), "scenario"_a,
              "band"_a, "patches_deg"_a, "embree"_a = false)
+        .def_prop_ro("depth_mm", &Python_matrix::depth_mm)
         .def("column", &Python_matrix::column_of, "incident_patch"_a, "front_lit"_a, "first"_a, "count"_a, "threads"_a,
              "watch"_a);
 }

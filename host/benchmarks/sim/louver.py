@@ -6,7 +6,7 @@ The profile is worked out here from the scenario's parameters, independently of 
 from dataclasses import dataclass
 from math import asin, atan2, cos, hypot, radians, sin
 
-from .scene import PORT_MM, ArcPiece, LinePiece, Piece, Scene, add_slats
+from .scene import PORT_OUTSIDE_MM, RECEIVER_MM, ArcPiece, LinePiece, Piece, Scene, add_slats
 
 # A slat of ours has no thickness; Radiance's two finishes need two surfaces.
 APART_MM = 1e-3
@@ -28,7 +28,13 @@ class Louver:
     bottom_reflectance: float = 0.8
 
     def scenario(
-        self, *, photons: int, seed: int = 1, diameter_mm: float = 65.0, stop_distance_mm: float = PORT_MM
+        self,
+        *,
+        photons: int,
+        seed: int = 1,
+        diameter_mm: float = 65.0,
+        stop_distance_mm: float = RECEIVER_MM + PORT_OUTSIDE_MM,
+        opening_deg: float = 0.5,
     ) -> str:
         """Our scenario file."""
         return f"""seed = {seed}
@@ -56,8 +62,9 @@ roughness = 0.0
 [beam]
 kind = "collimated"
 diameter_mm = {diameter_mm}
+edge_deg = 0.0
 [source]
-opening_angle_deg = 0.5
+opening_angle_deg = {opening_deg}
 stop_distance_mm = {stop_distance_mm}
 [photons]
 count = {photons}

@@ -48,7 +48,7 @@ def stored(job: dict[str, Any]) -> dict[str, Any]:
     directions = even_directions(job["directions"])
     half_angle = job["half_angle_rad"] or half_angle_for(held, directions[::97], job["relative_error"])
     reading = clock()
-    dsf, error, _, hits = held.fixed(directions, half_angle)
+    dsf, error, _, hits = held.fixed(directions, half_angle, job["threads"])
     read = took(reading)
     lit = hits > 0
     return {
@@ -68,7 +68,7 @@ def half_angle_for(held: _photons.HitMap, directions: np.ndarray, relative_error
     low, high = 1e-3, 0.5
     for _ in range(12):
         middle = float(np.sqrt(low * high))
-        dsf, error, _, hits = held.fixed(directions, middle)
+        dsf, error, _, hits = held.fixed(directions, middle, 2)
         lit = hits > 0
         if np.any(lit) and np.median(error[lit] / dsf[lit]) < relative_error:
             high = middle
@@ -97,7 +97,7 @@ def bias(job: dict[str, Any]) -> dict[str, Any]:
     for seed in range(1, job["seeds"] + 1):
         twin = goniophotometer(job, seed)
         held, balance = twin.store(0, job["photons"], job["threads"], _photons.Watch())
-        dsf, *_ = held.fixed(directions, job["half_angle_rad"])
+        dsf, *_ = held.fixed(directions, job["half_angle_rad"], job["threads"])
         integral = float(np.sum(dsf)) * 4 * np.pi / len(directions)
         differences.append(integral / (balance["stored"] / balance["emitted"]) - 1)
     return {"differences": differences}

@@ -1,7 +1,7 @@
 """scene.py: the virtual goniophotometer as a Radiance scene: beam, port, receiver sphere and a sample.
 
-Lengths in mm, the sample frame of CONVENTIONS.md: source and port stand where the light comes from, so that long slats lie
-along an axis, as octrees like it.
+Lengths in mm, the sample frame of CONVENTIONS.md: source and port stand where the light comes from, so that long slats
+lie along an axis, as octrees like it.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ RECEIVER_MM = 1020.0
 # The lamp's radiance: any number, it falls out.
 RADIANCE = 1e6
 # Radiance tells the source's light at the port by rays that the receiver would stop: the port stands just outside it.
-PORT_MM = 1021.0
+PORT_OUTSIDE_MM = 1.0
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,7 @@ class Scene:
 
     materials: list[str] = field(default_factory=list)
     polygons: list[tuple[str, FloatArray]] = field(default_factory=list)  # modifier; corners (n, 3)
+    receiver_mm: float = RECEIVER_MM
     modifiers: list[str] = field(default_factory=list)  # of the sample's own surfaces, kept out of the map
 
     def material(self, name: str, kind: str, *numbers: float, words: Sequence[str] = ()) -> None:
@@ -57,14 +58,15 @@ class Scene:
     def text(self, incident_deg: tuple[float, float], beam: Beam) -> str:
         """The whole scene with light from the incident direction."""
         towards = unit(*incident_deg)
-        sun, port, aim = (" ".join(f"{value:.12g}" for value in v) for v in (towards, PORT_MM * towards, -towards))
+        away = (self.receiver_mm + PORT_OUTSIDE_MM) * towards
+        sun, port, aim = (" ".join(f"{value:.12g}" for value in v) for v in (towards, away, -towards))
         lines = [
             f"void light lamp\n0\n0\n3 {RADIANCE} {RADIANCE} {RADIANCE}\n",
             f"lamp source sun\n0\n0\n4 {sun} {beam.opening_deg:.9g}\n",
             "void antimatter port\n1 void\n0\n0\n",
             f"port ring stop\n0\n0\n8 {port} {aim} 0 {beam.diameter_mm / 2:.9g}\n",
             "void antimatter receiver\n1 void\n0\n0\n",
-            f"receiver bubble ball\n0\n0\n4 0 0 0 {RECEIVER_MM}\n",
+            f"receiver bubble ball\n0\n0\n4 0 0 0 {self.receiver_mm}\n",
             *self.materials,
         ]
         for number, (name, corners) in enumerate(self.polygons):

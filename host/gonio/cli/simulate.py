@@ -1,16 +1,30 @@
-"""simulate.py: the command that traces a scenario's sample (or takes its closed form) into a dataset."""
+"""simulate.py: the command that traces a scenario's sample (or takes its closed form) into a dataset or WINDOW XML."""
 
 # ruff: noqa: PLC0415 - a command imports what it needs when it runs: --help stays fast
 
 import json
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gonio.cli.data import OutputOption
+from gonio.cli.data import Front, OutputOption
 from gonio.cli.device import JsonOption
 from gonio.cli.places import check_inputs, check_outputs
+
+if TYPE_CHECKING:
+    from gonio.dataset.bsdf import Side
+    from gonio.simulate.request import Request
+
+
+class SimulationFormat(StrEnum):
+    """What simulate can write."""
+
+    DATASET = "dataset"
+    KLEMS_FULL = "klems-full"
+    KLEMS_HALF = "klems-half"
+    KLEMS_QUARTER = "klems-quarter"
 
 
 def register(app: typer.Typer) -> None:
@@ -22,12 +36,35 @@ def simulate(
     scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="Sample, beam, detector, what to read.")],
     *,
     output: OutputOption,
+    kind: Annotated[
+        SimulationFormat,
+        typer.Option(
+            "--format",
+            help="dataset: what an instrument would measure. klems-...: WINDOW XML, all columns of all four matrices; "
+            "light fills each incident patch, on one period of the sample.",
+        ),
+    ] = SimulationFormat.DATASET,
+    front: Annotated[Front | None, typer.Option(help="klems-...: side that the front faces.")] = None,
+    assume_flat: Annotated[
+        bool,
+        typer.Option(
+            "--assume-flat",
+            help="klems-...: the sample scatters all wavelengths alike; the block (visible, solar) that no band gives "
+            "is a copy of the other, recorded in <Comments>.",
+        ),
+    ] = False,
     like: Annotated[
         Path | None,
         typer.Option(metavar="MEASURED.h5", help="Simulate at exactly the points of this dataset."),
     ] = None,
     photons: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Per incident direction and band; without it the scenario's.")
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            help="Per incident direction and band; without it the scenario's. klems-...: per incident patch; without "
+            "it 20000.",
+        ),
     ] = None,
     error: Annotated[
         float | None,
@@ -43,14 +80,11 @@ def simulate(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Simulate what an instrument would measure of a scenario's sample, as a BSDF dataset.
+    """Simulate what an instrument would measure of a scenario's sample, as a BSDF dataset; or its BSDF matrices.
 
     The same seed gives the same file, however the work is divided.
     """
-    from gonio.dataset.nexus import write_dataset
-    from gonio.simulate.progress import PhotonProgress
     from gonio.simulate.request import Request, usable_cores
-    from gonio.simulate.simulation import simulate as run
     from gonio.units.errors import UsageError
 
     check_inputs(scenario, like)
@@ -71,18 +105,47 @@ def simulate(
         workers=workers,
         scheduler=scheduler,
     )
+    if kind is SimulationFormat.DATASET:
+        if front is not None or assume_flat:
+            raise UsageError("--front and --assume-flat are for matrices: name one of the klems formats with --format")
+        report = _write_dataset(request, output)
+    else:
+        if like is not None:
+            raise UsageError(f"--like goes with a dataset, not with --format {kind.value}: export the dataset instead")
+        report = _write_matrices(request, output, kind, front, assume_flat=assume_flat)
+    for remark in report["remarks"]:
+        typer.echo(f"gonio: {remark}", err=True)
+    if as_json:
+        typer.echo(json.dumps({"output": str(output)} | report))
+        return
+    for line in _balance_lines(report["balance"]):
+        typer.echo(line, err=True)
+    typer.echo(output)
+
+
+def _write_dataset(request: "Request", output: Path) -> dict[str, Any]:
+    from gonio.dataset.nexus import write_dataset
+    from gonio.simulate.progress import PhotonProgress
+    from gonio.simulate.simulation import simulate as run
+
     with PhotonProgress() as progress:
         done = run(request, progress)
     write_dataset(done.dataset, output)
-    for remark in done.remarks:
-        typer.echo(f"gonio: {remark}", err=True)
-    if as_json:
-        report = {"output": str(output), "balance": done.balance, "distributions": done.distributions}
-        typer.echo(json.dumps(report | {"remarks": done.remarks}))
-        return
-    for line in _balance_lines(done.balance):
-        typer.echo(line, err=True)
-    typer.echo(output)
+    return {"balance": done.balance, "distributions": done.distributions, "remarks": done.remarks}
+
+
+def _write_matrices(
+    request: "Request", output: Path, kind: SimulationFormat, front: Front | None, *, assume_flat: bool
+) -> dict[str, Any]:
+    from gonio.formats import atomic
+    from gonio.simulate.patches import simulate_matrices
+    from gonio.simulate.progress import PhotonProgress
+
+    faces: Side = "undeclared" if front is None else front.value
+    with PhotonProgress() as progress:
+        done = simulate_matrices(request, kind.value, faces, progress, assume_flat=assume_flat)
+    atomic.write_bytes(output, done.render())
+    return {"balance": done.balance, "blocks": done.blocks, "remarks": done.remarks}
 
 
 def _balance_lines(balance: dict[str, Any]) -> list[str]:

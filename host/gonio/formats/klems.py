@@ -61,6 +61,18 @@ class KlemsBasis:
             dtype=np.float64,
         )
 
+    @cached_property
+    def bounds_deg(self) -> FloatArray:
+        """Polar angle from, to, azimuth from and width in azimuth of each patch, shape (size, 4)."""
+        return np.array(
+            [
+                (r.lower_deg, r.upper_deg, 360.0 * (i - 0.5) / r.patches, 360.0 / r.patches)
+                for r in self.rings
+                for i in range(r.patches)
+            ],
+            dtype=np.float64,
+        )
+
     def ring_of(self, polar_deg: ArrayLike) -> NDArray[np.int64]:
         """Ring index of polar angles 0-90 (from the hemisphere's own normal), shape as given."""
         upper = np.array([ring.upper_deg for ring in self.rings])

@@ -49,6 +49,8 @@ class KlemsMatrices:
     copied: tuple[Band, Band] | None = None  # (from, to) when one block was declared flat and copied
     channel_of: dict[Band, str] = field(default_factory=dict)
     findings: Findings = field(default_factory=lambda: Findings("export"))
+    simulated: bool = False  # patch by patch, not measured point by point; MEASURED columns are then simulated ones
+    notes: list[str] = field(default_factory=list)  # of whoever made them, one sentence each
 
     def column_counts(self, band: Band, process: Process, side: LightSide) -> tuple[int, int, int, int]:
         """Incident columns that were measured, rotated, filled, left at zero."""
@@ -59,12 +61,16 @@ class KlemsMatrices:
     def remarks(self) -> list[str]:
         """What a reader of the file must know: one sentence each, for <Comments> and the report."""
         lines = []
+        done = "simulated" if self.simulated else "measured"
         for band, block in self.bands.items():
             if self.copied is not None and band == self.copied[1]:
                 lines.append(f"{band}: copied from {self.copied[0]} (declared spectrally flat).")
                 continue
             if band not in self.channel_of:
-                lines.append(f"{band}: not measured, all matrices are zeros.")
+                lines.append(f"{band}: not {done}, all matrices are zeros.")
+                continue
+            if self.simulated:
+                lines.append(f"{band}: all matrices and incident columns simulated.")
                 continue
             missing = block.unmeasured()
             if missing:
@@ -91,7 +97,7 @@ class KlemsMatrices:
                     f"adding at most {block.negative_added:.2e} to a column's sum."
                 )
         lines += [finding.message for finding in self.findings.of("warning")]
-        return lines
+        return lines + self.notes
 
 
 @dataclass(frozen=True)
@@ -128,7 +134,7 @@ def build(
     result = KlemsMatrices(chosen, {}, faces, channel_of=channels)
     for band in BANDS:
         if band not in channels:
-            result.bands[band] = _empty(chosen)
+            result.bands[band] = empty_set(chosen)
             continue
         mine = [d for d in dataset.distributions if d.channel == channels[band]]
         incidents = [_incident(chosen, d, faces, dataset.symmetry == "isotropic") for d in mine]
@@ -183,7 +189,7 @@ def _incident(basis: KlemsBasis, points: Distribution, faces: Side, isotropic: b
 
 
 def _fill_block(basis: KlemsBasis, incidents: list[_Incident], isotropic: bool, fill: Fill) -> MatrixSet:
-    block = _empty(basis)
+    block = empty_set(basis)
     for (process, side), matrix in block.matrices.items():
         mine = [i for i in incidents if i.side == side and process in i.profiles]
         if not mine:
@@ -254,7 +260,8 @@ def _check_energy(
         findings.add("warning", "energy", f"{band} {side}", f"{what}, within 2 u = {2 * u:.4f} of 1.")
 
 
-def _empty(basis: KlemsBasis) -> MatrixSet:
+def empty_set(basis: KlemsBasis) -> MatrixSet:
+    """Zeros that nobody measured."""
     keys = [(process, side) for process in PROCESSES for side in SIDES]
     return MatrixSet(
         {key: np.zeros((basis.size, basis.size)) for key in keys},

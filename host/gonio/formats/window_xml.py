@@ -88,7 +88,7 @@ def _material(layer: ET.Element, dataset: Dataset, built: KlemsMatrices, thermal
 
 
 def _comments(dataset: Dataset, built: KlemsMatrices) -> Iterator[str]:
-    yield "Written by gonio from gonio-photometric points."
+    yield f"Written by gonio from {'a simulation' if built.simulated else 'gonio-photometric points'}."
     yield f"Front, where light arrives from the exterior, is the sample's {_face(built.front_faces)}."
     yield f"Polarisation {dataset.polarisation}; symmetry {dataset.symmetry} (as declared)."
     for band, name in built.channel_of.items():

@@ -88,7 +88,7 @@ class HitMap:
 
     @property
     def bytes(self) -> int: ...
-    def fixed(self, directions: _Floats, half_angle_rad: float) -> _Estimates:
+    def fixed(self, directions: _Floats, half_angle_rad: float, threads: int) -> _Estimates:
         """A detector's aperture: unbiased."""
     def nearest(self, directions: _Floats, bandwidth: int, most_half_angle_rad: float, threads: int) -> _Estimates:
         """The cap that holds the nearest `bandwidth` hits."""
@@ -129,11 +129,14 @@ class Goniophotometer:
 class PatchMatrix:
     """Columns of a BSDF matrix: light that fills a whole patch of directions, on one period of the sample.
 
-    `patches_deg` (n, 4): theta from, theta to (about the normal of the side), azimuth from, width in azimuth; patches of
-    one theta range are consecutive and equally wide.
+    `patches_deg` (n, 4): theta from, theta to (about the normal of the side), azimuth from, width in azimuth; patches
+    of one theta range are consecutive and equally wide.
     """
 
     def __init__(self, scenario: Scenario, band: str, patches_deg: _Floats, embree: bool = False) -> None: ...
+    @property
+    def depth_mm(self) -> float:
+        """From the frontmost to the rearmost point of the sample."""
     def column(
         self, incident_patch: int, front_lit: bool, first: int, count: int, threads: int, watch: Watch
     ) -> tuple[tuple[_Counts, _Counts, _Counts], tuple[_Counts, _Counts, _Counts], _Balance]:

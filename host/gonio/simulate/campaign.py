@@ -8,7 +8,7 @@ import numpy as np
 
 from gonio.simulate import _photons
 from gonio.simulate.progress import PhotonProgress
-from gonio.simulate.readings import Job, MapPart, Part, Reading
+from gonio.simulate.readings import AnyJob, Job, MapPart, Part, Reading
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,8 @@ class Effort:
 class Crew(Protocol):
     """Whoever traces: threads of this process or a cluster."""
 
-    def submit(self, number: int, job: Job, first: int, count: int) -> None:
-        """Have photons first ... first + count - 1 of a job traced, in one part or in several; in one
-        where the estimator is not "fixed"."""
+    def submit(self, number: int, job: AnyJob, first: int, count: int) -> None:
+        """Have photons first ... first + count - 1 of a job traced, in one part or, of a divisible one, in several."""
 
     def next(self) -> tuple[int, Part | MapPart]:
         """Number of a job and the next part of it that is done."""
@@ -34,42 +33,53 @@ class Crew(Protocol):
 def run(
     jobs: Sequence[Job], effort: Effort, half_angle_rad: float, crew: Crew, progress: PhotonProgress
 ) -> list[Reading]:
-    """One reading per job. All jobs are under way at once; a job's next round begins when its last one is complete."""
-    sums = [Part.nothing(len(job.directions)) for job in jobs]
+    """One reading per job."""
+    parts = complete(jobs, effort, crew, progress)
+    return [_map_reading(part) if isinstance(part, MapPart) else _reading(part, half_angle_rad) for part in parts]
+
+
+def complete(jobs: Sequence[AnyJob], effort: Effort, crew: Crew, progress: PhotonProgress) -> list[Part | MapPart]:
+    """All photons of each job. All jobs are under way at once; a job's next round begins when its last one is
+    complete."""
+    sums = [Part.nothing(job.apertures) for job in jobs]
     wanted = [effort.photons] * len(jobs)
     for number, job in enumerate(jobs):
         progress.want(effort.photons)
         crew.submit(number, job, 0, effort.photons)
-    readings: dict[int, Reading] = {}
-    while len(readings) < len(jobs):
+    parts: dict[int, Part | MapPart] = {}
+    while len(parts) < len(jobs):
         number, part = crew.next()
         progress.done(part.balance["photons"])
         if isinstance(part, MapPart):
-            readings[number] = _map_reading(part)
+            parts[number] = part
             continue
         sums[number].add(part)
         done = sums[number].balance["photons"]
         if done < wanted[number]:
             continue
-        reading, further = _reading(sums[number], half_angle_rad, effort.relative_error)
-        more = min(further, max(effort.most_photons - done, 0))
+        more = min(_further(sums[number], effort.relative_error), max(effort.most_photons - done, 0))
         if more == 0:
-            readings[number] = reading
+            parts[number] = sums[number]
             continue
         wanted[number] += more
         progress.want(more)
         crew.submit(number, jobs[number], done, more)
-    return [readings[number] for number in range(len(jobs))]
+    return [parts[number] for number in range(len(jobs))]
 
 
-def _reading(part: Part, half_angle_rad: float, relative_error: float) -> tuple[Reading, int]:
-    """What the photons so far say, and how many more are needed. Both follow from whole sums: they do not depend on who
-    traced how much."""
-    photons = part.balance["photons"]
-    sums = (part.weight, part.square, part.hits, photons)
+def _further(part: Part, relative_error: float) -> int:
+    """How many more photons an error needs. Follows from whole sums: it does not depend on who traced how much."""
+    if not relative_error > 0.0:
+        return 0
+    _, _, further = _photons.precision(part.weight, part.square, part.hits, part.balance["photons"], relative_error)
+    return further
+
+
+def _reading(part: Part, half_angle_rad: float) -> Reading:
+    sums = (part.weight, part.square, part.hits, part.balance["photons"])
     dsf, error, _, hits = _photons.estimate(*sums, half_angle_rad)
-    median, _, further = _photons.precision(*sums, relative_error if relative_error > 0.0 else 1.0)
-    return Reading(dsf, error, hits, median, part.balance), further if relative_error > 0.0 else 0
+    median, _, _ = _photons.precision(*sums, 1.0)
+    return Reading(dsf, error, hits, median, part.balance)
 
 
 def _map_reading(part: MapPart) -> Reading:

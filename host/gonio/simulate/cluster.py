@@ -13,7 +13,7 @@ from distributed import Client, KilledWorker, LocalCluster, as_completed
 
 from gonio.simulate import _photons
 from gonio.simulate.bundle import Bundle
-from gonio.simulate.readings import Job, MapPart, Part
+from gonio.simulate.readings import AnyJob, MapPart, Part
 from gonio.simulate.tracing import laboratory_of
 from gonio.simulate.version import gonio_version
 from gonio.units.errors import GonioError, UsageError
@@ -26,7 +26,7 @@ _RETRIES = 3
 _CONNECT_S = 20.0
 
 
-def trace_range(bundle: Bundle, job: Job, photons: tuple[int, int], version: str) -> Part | MapPart:
+def trace_range(bundle: Bundle, job: AnyJob, photons: tuple[int, int], version: str) -> Part | MapPart:
     """The task: the photons first, count of a job, on one thread. Whole numbers come back."""
     if version != gonio_version():
         raise UsageError(f"a worker has gonio {gonio_version()}, this is {version}: install the same everywhere")
@@ -51,15 +51,15 @@ class ClusterCrew:
         self._client = client
         self._least_photons = least_photons
         self._bundle = client.submit(_kept, bundle, pure=False)
-        self._jobs: dict[Job, Any] = {}
+        self._jobs: dict[AnyJob, Any] = {}
         self._numbers: dict[str, int] = {}
         self._done = as_completed(with_results=True)
 
-    def submit(self, number: int, job: Job, first: int, count: int) -> None:
+    def submit(self, number: int, job: AnyJob, first: int, count: int) -> None:
         """Have photons first ... first + count - 1 of a job traced, in several parts."""
         if job not in self._jobs:
             self._jobs[job] = self._client.submit(_kept, job, pure=False)
-        size = count if job.estimator != "fixed" else max(self._least_photons, -(-count // _MOST_TASKS))
+        size = max(self._least_photons, -(-count // _MOST_TASKS)) if job.divisible else count
         for start in range(first, first + count, size):
             photons = (start, min(size, first + count - start))
             task = self._client.submit(

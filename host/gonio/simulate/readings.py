@@ -5,8 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from gonio.formats.klems import basis_named
+
 FloatArray = NDArray[np.float64]
 CountArray = NDArray[np.uint64]
+
+_COLUMN_BITS = 40  # photons of a column; scrambles of low-discrepancy points change every 2^32
 
 BALANCE = (
     "photons",
@@ -32,6 +36,45 @@ class Job:
     directions: FloatArray
     estimator: str = "fixed"  # or nearest, progressive: read from stored maps
     bandwidth: int = 0  # hits, of nearest
+
+    @property
+    def apertures(self) -> int:
+        """How many readings it has."""
+        return len(self.directions)
+
+    @property
+    def divisible(self) -> bool:
+        """Whether parts of its photons add up."""
+        return self.estimator == "fixed"
+
+
+@dataclass(frozen=True)
+class PatchJob:
+    """Light that fills one patch of an angle basis on one side, to be read by the patch that it leaves through: those
+    of the lit side, then those of the other. Patches of both sides have their azimuth in the sample frame."""
+
+    band: str
+    basis: str  # as in gonio.formats.klems.BASES
+    front_lit: bool
+    patch: int
+
+    @property
+    def apertures(self) -> int:
+        """How many readings it has."""
+        return 2 * basis_named(self.basis).size
+
+    @property
+    def divisible(self) -> bool:
+        """Whether parts of its photons add up."""
+        return True
+
+    @property
+    def first_photon(self) -> int:
+        """Every column has photons of its own: chance then differs from column to column, and sums over them gain."""
+        return (self.patch + (0 if self.front_lit else basis_named(self.basis).size)) << _COLUMN_BITS
+
+
+AnyJob = Job | PatchJob
 
 
 @dataclass

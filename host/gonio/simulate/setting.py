@@ -74,6 +74,7 @@ class PhotonSetting:
     progress: PhotonProgress
     half_angle_rad: float
     estimator: tuple[str, int]
+    laboratory: "Laboratory"
 
     @property
     def relative_error(self) -> float:
@@ -183,6 +184,7 @@ def _photon_setting(request: Request, document: dict[str, Any], progress: Photon
             progress=progress,
             half_angle_rad=half_angle_rad,
             estimator=(scenario.estimator, bandwidth),
+            laboratory=laboratory,
         )
 
 

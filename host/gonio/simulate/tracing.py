@@ -7,10 +7,13 @@ from functools import lru_cache
 from pathlib import Path
 from threading import Lock
 
+import numpy as np
+
+from gonio.formats.klems import basis_named
 from gonio.simulate import _photons
 from gonio.simulate.bundle import Bundle, Unpacked
 from gonio.simulate.progress import PhotonProgress
-from gonio.simulate.readings import BALANCE, Job, MapPart, Part, added
+from gonio.simulate.readings import BALANCE, AnyJob, Job, MapPart, Part, PatchJob, added
 from gonio.simulate.tables import Table
 from gonio.units.instrument import reference_instrument_path
 
@@ -45,14 +48,21 @@ class Laboratory:
         self._lock = Lock()
         self._scenario = lru_cache(maxsize=None)(self._open)
         self._ready = lru_cache(maxsize=_KEPT)(self._build)
+        self._matrix = lru_cache(maxsize=_KEPT)(self._build_matrix)
 
     def scenario(self, band: str) -> _photons.Scenario:
         """The scenario with the tables of that band."""
         with self._lock:
             return self._scenario(band)
 
-    def trace(self, job: Job, first: int, count: int, threads: int, watch: _photons.Watch) -> Part | MapPart:
+    def trace(self, job: AnyJob, first: int, count: int, threads: int, watch: _photons.Watch) -> Part | MapPart:
         """Photons `first` ... `first + count - 1` of a job."""
+        if isinstance(job, PatchJob):
+            with self._lock:
+                matrix = self._matrix(job.band, job.basis)
+            sides = matrix.column(job.patch, job.front_lit, job.first_photon + first, count, threads, watch)
+            weight, square, hits = (np.concatenate(pair) for pair in zip(*sides[:2], strict=True))
+            return Part(weight, square, hits, sides[2])
         with self._lock:
             goniophotometer = self._ready(job.band, job.incident_deg, job.mounted)
         half_angle = goniophotometer.aperture_half_angle_rad
@@ -70,11 +80,19 @@ class Laboratory:
         with self._lock:
             return self._ready(band, (0.0, 0.0), False).aperture_half_angle_rad
 
+    def depth_mm(self, band: str, basis: str) -> float:
+        """Of the sample. Raises UsageError where light of whole patches cannot be traced through the scenario."""
+        with self._lock:
+            return self._matrix(band, basis).depth_mm
+
     def _open(self, band: str) -> _photons.Scenario:
         return open_scenario(self._path, self._bundle.tables.get(band, {}), self._bundle.seed)
 
     def _build(self, band: str, incident_deg: tuple[float, float], mounted: bool) -> _photons.Goniophotometer:
         return _photons.Goniophotometer(self._scenario(band), band, *incident_deg, mounted)
+
+    def _build_matrix(self, band: str, basis: str) -> _photons.PatchMatrix:
+        return _photons.PatchMatrix(self._scenario(band), band, np.array(basis_named(basis).bounds_deg))
 
 
 def _progressive(
@@ -115,9 +133,9 @@ class LocalCrew:
         self._laboratory = laboratory
         self._threads = threads
         self._progress = progress
-        self._waiting: deque[tuple[int, Job, int, int]] = deque()
+        self._waiting: deque[tuple[int, AnyJob, int, int]] = deque()
 
-    def submit(self, number: int, job: Job, first: int, count: int) -> None:
+    def submit(self, number: int, job: AnyJob, first: int, count: int) -> None:
         """Have photons first ... first + count - 1 of a job traced; `number` comes back with the part."""
         self._waiting.append((number, job, first, count))
 

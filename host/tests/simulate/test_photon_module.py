@@ -67,7 +67,7 @@ def test_a_stored_map_reads_what_streaming_reads(scenario: _photons.Scenario) ->
     assert balance["photons"] == PHOTONS
     assert stored.bytes >= 12 * 29_000
     for one, other in zip(
-        stored.fixed(rings(10.0), 0.05), _photons.estimate(weight, square, hits, PHOTONS, 0.05), strict=True
+        stored.fixed(rings(10.0), 0.05, 2), _photons.estimate(weight, square, hits, PHOTONS, 0.05), strict=True
     ):
         np.testing.assert_array_equal(one, other)
 

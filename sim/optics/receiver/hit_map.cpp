@@ -234,6 +234,17 @@ Estimate Hit_map::fixed(const Vector &direction, double half_angle_rad) const {
     return estimate(tally.weight, tally.square, tally.hits, photons_, half_angle_rad);
 }
 
+std::vector<Estimate> Hit_map::fixed(std::span<const Vector> directions, double half_angle_rad,
+                                     unsigned threads) const {
+    Rims const same = rims(half_angle_rad);
+    std::vector<Estimate> result(directions.size());
+    for_neighbours(directions, threads, [&](std::size_t i) {
+        Tally const tally = sum(directions[i], same);
+        result[i] = estimate(tally.weight, tally.square, tally.hits, photons_, half_angle_rad);
+    });
+    return result;
+}
+
 Aperture_sums Hit_map::sums(std::span<const Vector> directions, double half_angle_rad, unsigned threads) const {
     Rims const same = rims(half_angle_rad);
     Aperture_sums result(directions.size());

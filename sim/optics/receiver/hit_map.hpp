@@ -19,6 +19,8 @@ public:
 
     // The fixed aperture of a detector: unbiased.
     [[nodiscard]] Estimate fixed(const Vector &direction, double half_angle_rad) const;
+    [[nodiscard]] std::vector<Estimate> fixed(std::span<const Vector> directions, double half_angle_rad,
+                                              unsigned threads) const;
     // Raw sums, to be added over several maps.
     [[nodiscard]] Aperture_sums sums(std::span<const Vector> directions, double half_angle_rad, unsigned threads) const;
     // The cap that holds the nearest `bandwidth` (at least 2) hits, at most `most_half_angle_rad`. Its rim passes

@@ -7,6 +7,7 @@
 
 #include "elementary.hpp"
 #include "make_scene.hpp"
+#include "toml_table.hpp"
 
 namespace gonio::sim {
 namespace {
@@ -126,6 +127,10 @@ private:
 Patch_matrix::Patch_matrix(const Photon_scenario &scenario, const Band &band, std::vector<Patch> patches, Walk walk)
     : trace_(scenario.trace), patches_(std::move(patches)), sample_(scenario.sample(band, true)),
       scene_(make_scene(sample_, walk)) {
+    if (scenario.surround) {
+        throw Input_error(scenario.path.string() +
+                          ": rig: its parts stand in the way of light from all directions: leave them out");
+    }
     trace_.receiver_radius_mm = far_mm;
 }
 
@@ -139,6 +144,11 @@ Patch_matrix::Column Patch_matrix::column(std::size_t incident_patch, bool front
     Patch_sink sink(patches_, front_lit, threads);
     Balance const balance = Tracer(*scene_, sample_.surfaces, source, axes, trace_).trace(range, threads, sink, watch);
     return {sink.reflected(), sink.transmitted(), balance};
+}
+
+double Patch_matrix::depth_mm() const {
+    Box const box = sample_.shapes.bounds();
+    return box.high.z - box.low.z;
 }
 
 } // namespace gonio::sim

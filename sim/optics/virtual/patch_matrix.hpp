@@ -24,7 +24,8 @@ struct Patch {
 class Patch_matrix {
 public:
     // The patches of a hemisphere; they must not overlap, and all patches of one theta range must be of equal width (as
-    // in the Klems bases). The same set is used for the incident and both outgoing hemispheres.
+    // in the Klems bases). The same set is used for the incident and both outgoing hemispheres. A scenario with something
+    // that surrounds the sample is refused: no light of a whole patch passes through it. Throws Input_error.
     Patch_matrix(const Photon_scenario &scenario, const Band &band, std::vector<Patch> patches,
                  Walk walk = Walk::automatic);
 
@@ -37,6 +38,8 @@ public:
     // cell. weight sum / photons = integral of the DSF over the outgoing patch, averaged over the incident one.
     [[nodiscard]] Column column(std::size_t incident_patch, bool front_lit, const Photon_range &range, unsigned threads,
                                 Watch &watch) const;
+    // From the frontmost to the rearmost point of the sample.
+    [[nodiscard]] double depth_mm() const;
 
 private:
     Trace_settings trace_;

@@ -6,17 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.sim.radiance import run
+from benchmarks.sim.scene import unit
 
 FloatArray = NDArray[np.float64]
 SOURCE_DEG = 0.05  # small: Radiance adds the source's solid angle / 4 pi to the square of a roughness
 RADIANCE = 1e6
 # Nothing sampled at random: the source alone, straight; highlights of rough materials belong to it.
 DIRECT = ["rtrace", "-h", "-fda", "-ab", "0", "-dj", "0", "-ds", "0", "-dt", "0", "-dc", "1", "-ss", "0"]
-
-
-def unit(theta_deg: float, phi_deg: float) -> FloatArray:
-    theta, phi = np.radians([theta_deg, phi_deg])
-    return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
 
 
 def sheet(material: str, side_mm: float = 1e4, z_mm: float = 0.0) -> str:

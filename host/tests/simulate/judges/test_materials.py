@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from our_sheet import goniophotometer, readings, reflected_and_transmitted, sheet_scenario
-from radiance_sheet import FloatArray, dsf_per_sr, ideal_part, sheet, unit
+from radiance_sheet import FloatArray, dsf_per_sr, ideal_part, sheet
 
 from benchmarks.sim.directions import even_directions
+from benchmarks.sim.scene import unit
 
 pytestmark = pytest.mark.judge
 PHOTONS = 1_000_000
