@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 from bench import machine, row
-from sim import klems, photon_map, radiance
 from sim.directions import even_directions
 from sim.louver import Louver
 from sim.scene import RECEIVER_MM, Beam
 
 from gonio.formats.klems import BASES
+from sim import klems, photon_map, radiance
 
 INCIDENT_DEG = (45.0, 90.0)
 BANDWIDTH = 2000
@@ -169,7 +169,7 @@ def klems_matrices(ours: Ours, folder: Path, size: Size, louver: Louver) -> tupl
     against it), time grows in proportion to the samples.
     """
     basis = BASES["klems-full"]
-    common = {"patches": klems.patches_of(basis), "out": str(folder / "ours.npz")}
+    common = {"patches": basis.bounds_deg.tolist(), "out": str(folder / "ours.npz")}
     if radiance.folder() is None:
         took, _ = ours.run("klems", photons=size.reference_photons // 10, **common)
         name = f"Klems full, {size.reference_photons // 10} photons per incident patch"

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <set>
 #include <stdexcept>
@@ -54,7 +55,10 @@ public:
     std::int64_t integer(const std::string &key) { return typed<std::int64_t>(required(key), key, "a whole number"); }
     bool boolean(const std::string &key, bool fallback) {
         auto const *node = find(key);
-        return node == nullptr ? fallback : typed<bool>(*node, key, "true or false");
+        if (node != nullptr && !node->is_boolean()) {
+            fail(key, "must be true or false");
+        }
+        return node == nullptr ? fallback : **node->as_boolean();
     }
     std::string text(const std::string &key, const std::string &fallback) {
         auto const *node = find(key);
@@ -125,10 +129,10 @@ public:
     // Keys that are allowed here and mean nothing to the twin.
     void ignore(std::initializer_list<const char *> keys) { asked_.insert(keys.begin(), keys.end()); }
     // To be called last: refuses what nobody asked for.
-    void finish() const {
+    void finish(const std::string &what = "is not a key of this table; remove it or correct its spelling") const {
         for (const auto &[key, value] : table_) {
             if (asked_.count(std::string(key.str())) == 0) {
-                fail(std::string(key.str()), "is not a key of this table; remove it or correct its spelling");
+                fail(std::string(key.str()), what);
             }
         }
     }
@@ -149,7 +153,11 @@ private:
         return *node;
     }
     double number_of(const toml::node &node, const std::string &key) const {
-        return typed<double>(node, key, "a number");
+        auto const value = typed<double>(node, key, "a number");
+        if (!std::isfinite(value)) {
+            fail(key, "must be a finite number");
+        }
+        return value;
     }
     template <typename T> T typed(const toml::node &node, const std::string &key, const std::string &kind) const {
         auto const value = node.value<T>();

@@ -50,15 +50,6 @@ def generate(
     return kept, usage
 
 
-def patches_of(basis: KlemsBasis) -> list[tuple[float, float, float, float]]:
-    """Each patch in degrees, as _photons.PatchMatrix takes them: theta from, theta to, phi from, width in phi."""
-    return [
-        (ring.lower_deg, ring.upper_deg, (number - 0.5) * 360 / ring.patches, 360 / ring.patches)
-        for ring in basis.rings
-        for number in range(ring.patches)
-    ]
-
-
 def shares(matrices: Matrices, basis: KlemsBasis) -> FloatArray:
     """Share of the light that leaves through each patch, in the order and frame of _photons.PatchMatrix.
 

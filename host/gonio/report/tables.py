@@ -50,8 +50,8 @@ def integrals(dataset: Dataset, known: Known) -> str:
     head += ["whole truth"] if with_truth else []
     note = (
         f"{sum_of_points.capitalize()}: DSF times solid angle, added over these directions; measured share: of the "
-        "cosine-weighted hemisphere. u is the independent part only, noise of the points and of the reference beam; what all points "
-        "share (alignment, solid angles, linearity, delays) is not in it."
+        "cosine-weighted hemisphere. u is the independent part only, noise of the points and of the reference beam; "
+        "what all points share (alignment, solid angles, linearity, delays) is not in it."
     )
     if with_counted:
         note += (

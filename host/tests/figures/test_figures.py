@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import figures
 
+from benchmarks import figures
 from gonio.dataset.bsdf import PointFlag
 
 pytestmark = pytest.mark.twin

@@ -21,6 +21,21 @@ namespace {
 
 constexpr double mm_of_panes = 400.0;
 
+// What lies between two planes z = front and z = back, front above back.
+struct Slab {
+    double front_mm;
+    double back_mm;
+};
+
+void refuse_overlap(const Toml_table &pane, const Slab &slab, const std::vector<Slab> &others) {
+    for (const Slab &other : others) {
+        bool const apart = slab.back_mm > other.front_mm || slab.front_mm < other.back_mm;
+        if (!apart) {
+            pane.fail("z_mm", "puts the pane into or onto the slats or another pane; move it");
+        }
+    }
+}
+
 } // namespace
 
 void add_blind(Toml_table &table, Sample_parts &parts) {
@@ -33,13 +48,19 @@ void add_blind(Toml_table &table, Sample_parts &parts) {
     Slat_surfaces const surfaces{parts.surface(top, bottom), parts.surface(bottom, top)};
     stack_slats(parts, {slat_section({0.0, z}, {depth * tilt.sine, z - depth * tilt.cosine}, 0.0, surfaces)}, stack);
     std::vector<Toml_table> panes = table.tables("panes");
+    std::vector<Slab> taken = {{z, z - depth * tilt.cosine}};
     for (Toml_table &pane : panes) {
         double const pane_z = pane.number("z_mm");
         const Material &material = parts.material(pane, "material");
-        if (pane.has("thickness_mm")) {
+        bool const solid_body = pane.has("thickness_mm");
+        double const thickness = solid_body ? positive(pane, "thickness_mm") : 0.0;
+        Slab const slab{pane_z, pane_z - thickness};
+        refuse_overlap(pane, slab, taken);
+        taken.push_back(slab);
+        if (solid_body) {
             Pane const solid{.size_mm = {mm_of_panes, mm_of_panes},
                              .front_z_mm = pane_z,
-                             .thickness_mm = positive(pane, "thickness_mm")};
+                             .thickness_mm = thickness};
             add_pane(parts, solid, material, material);
         } else {
             parts.shapes().add(Parallelogram{{-0.5 * mm_of_panes, -0.5 * mm_of_panes, pane_z},

@@ -1,6 +1,7 @@
 // sample_parts.cpp: materials by name, surfaces, and limits of values.
 #include "sample_parts.hpp"
 
+#include <sstream>
 #include <utility>
 
 #include "black.hpp"
@@ -59,7 +60,7 @@ std::uint32_t Sample_parts::lining(const Material &front, const Material &back, 
 }
 
 Sample_model Sample_parts::finish() {
-    table_.finish();
+    table_.finish("is a material that nothing uses; remove it, or name it where it belongs");
     return std::move(model_);
 }
 
@@ -86,7 +87,9 @@ double not_negative(Toml_table &table, const std::string &key, double fallback) 
 double within(Toml_table &table, const std::string &key, double fallback, double least, double most) {
     double const value = table.number(key, fallback);
     if (!(value >= least && value <= most)) {
-        table.fail(key, "must be from " + std::to_string(least) + " to " + std::to_string(most));
+        std::ostringstream limits;
+        limits << "must be from " << least << " to " << most;
+        table.fail(key, limits.str());
     }
     return value;
 }

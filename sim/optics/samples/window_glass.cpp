@@ -30,6 +30,9 @@ Roughness read_roughness(Toml_table &table, const std::string &face, std::uint64
     return roughness;
 }
 
+// Each is held against all that are placed.
+constexpr double most_bubbles = 20000.0;
+
 struct Bubbles {
     double per_mm3;
     std::array<double, 2> diameter_mm; // least and most, uniform
@@ -37,12 +40,16 @@ struct Bubbles {
 };
 
 // At random places well within the pane, none through another.
-void add_bubbles(Sample_parts &parts, const Pane &pane, const Bubbles &bubbles, double relief_mm,
+void add_bubbles(const Toml_table &table, Sample_parts &parts, const Pane &pane, const Bubbles &bubbles, double relief_mm,
                  const Material &material) {
     auto const [width, height] = pane.size_mm;
     double const slope = pane.wedge.sine / pane.wedge.cosine;
     double const thickest = pane.thickness_mm + 0.5 * height * slope;
-    auto const tries = static_cast<std::uint64_t>(std::floor(bubbles.per_mm3 * width * height * thickest + 0.5));
+    double const wanted = std::floor(bubbles.per_mm3 * width * height * thickest + 0.5);
+    if (wanted > most_bubbles) {
+        table.fail("bubbles_per_cm3", "makes more than 20000 bubbles in this pane; lower it or take a smaller pane");
+    }
+    auto const tries = static_cast<std::uint64_t>(wanted);
     std::uint32_t const surface = parts.cavity(material);
     std::vector<Sphere> placed;
     for (std::uint64_t number = 0; number < tries; ++number) {
@@ -91,9 +98,12 @@ void add_window_glass(Toml_table &table, Sample_parts &parts) {
     if (!(bubbles.diameter_mm[0] > 0.0 && bubbles.diameter_mm[1] >= bubbles.diameter_mm[0])) {
         table.fail("bubble_diameter_mm", "must be [least, most], above 0");
     }
+    if (bubbles.per_mm3 > 0.0 && bubbles.diameter_mm[0] + 2.0 * relief_mm >= pane.thickness_mm) {
+        table.fail("bubble_diameter_mm", "must be below thickness_mm: no bubble fits into the pane");
+    }
     add_pane(parts, pane, front, back);
     if (bubbles.per_mm3 > 0.0) {
-        add_bubbles(parts, pane, bubbles, relief_mm, front);
+        add_bubbles(table, parts, pane, bubbles, relief_mm, front);
     }
     parts.model().cell_width_mm = 0.5 * pane.size_mm[0];
     parts.model().cell_height_mm = 0.5 * pane.size_mm[1];

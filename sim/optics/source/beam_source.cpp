@@ -23,7 +23,7 @@ double tangent(double angle_deg) {
 
 void require(bool holds, const std::string &what) {
     if (!holds) {
-        throw Input_error("source: " + what);
+        throw Input_error(what);
     }
 }
 

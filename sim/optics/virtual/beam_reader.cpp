@@ -80,7 +80,7 @@ Source_settings read_beam(Toml_table beam, Toml_table source, double arm_radius_
     try {
         Beam_source const checked(settings);
     } catch (const Input_error &error) {
-        throw Input_error(source.where() + ": " + error.what());
+        throw Input_error(beam.where() + " and [source]: " + error.what());
     }
     return settings;
 }

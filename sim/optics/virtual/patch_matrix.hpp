@@ -24,8 +24,8 @@ struct Patch {
 class Patch_matrix {
 public:
     // The patches of a hemisphere; they must not overlap, and all patches of one theta range must be of equal width (as
-    // in the Klems bases). The same set is used for the incident and both outgoing hemispheres. A scenario with something
-    // that surrounds the sample is refused: no light of a whole patch passes through it. Throws Input_error.
+    // in the Klems bases). The same set is used for the incident and both outgoing hemispheres. A scenario with
+    // something that surrounds the sample is refused: no light of a whole patch passes through it. Throws Input_error.
     Patch_matrix(const Photon_scenario &scenario, const Band &band, std::vector<Patch> patches,
                  Walk walk = Walk::automatic);
 

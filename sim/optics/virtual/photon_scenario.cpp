@@ -168,6 +168,11 @@ Photon_scenario load_photon_scenario(const std::filesystem::path &path, const st
     read_readings(document->root, table.table("readings"), scenario);
     read_rig(table.table("rig"));
     Source_settings const source = read_beam(table.table("beam"), table.table("source"), scenario.receiver.radius_mm);
+    Stokes const &light = source.stokes;
+    bool const carried = scenario.trace.polarised || table.table("rig").has("splitters"); // these need Stokes vectors
+    if (!carried && (light.q != 0.0 || light.u != 0.0 || light.v != 0.0)) {
+        table.table("photons").fail("polarised", "must be true: without it the polarisation of [source] has no effect");
+    }
     Toml_table sample = table.table("sample");
     sample.boolean("mounted", true);
     table.ignore({"materials", "detector", "timing", "drives", "fault"});

@@ -91,7 +91,7 @@ def test_hemispherical_values_are_genbsdfs(tmp_path: Path) -> None:
     path = tmp_path / "louver.toml"
     path.write_text(LOUVER.scenario(photons=1))
     scenario = _photons.Scenario(str(path), str(SOURCES), {})
-    matrix = _photons.PatchMatrix(scenario, scenario.bands[0][0], np.array(klems.patches_of(basis)))
+    matrix = _photons.PatchMatrix(scenario, scenario.bands[0][0], basis.bounds_deg)
     ours = np.zeros((basis.size, 2))
     for patch in range(basis.size):
         reflected, transmitted, _ = matrix.column(patch, False, 0, photons, 2, _photons.Watch())

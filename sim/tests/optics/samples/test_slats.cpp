@@ -55,6 +55,17 @@ double inclination_deg(double theta_deg, double chord_mm, double pitch_mm) {
 
 } // namespace
 
+TEST(Blind, PanesKeepClearOfSlatsAndOfOneAnother) {
+    std::string const glass = "[materials.glass]\nkind = \"glass\"\ntransmissivity = 0.9\n";
+    auto const with = [&](const std::string &panes) {
+        return black_blind + glass + "[[sample.panes]]\nmaterial = \"glass\"\nz_mm = 5.0\n" + panes;
+    };
+    EXPECT_NO_THROW(Sample_walk(with("[[sample.panes]]\nmaterial = \"glass\"\nz_mm = -11.0\n")));
+    // The slats lie from z = 0 to -10.
+    EXPECT_THROW(Sample_walk(with("[[sample.panes]]\nmaterial = \"glass\"\nz_mm = -9.0\n")), Input_error);
+    EXPECT_THROW(Sample_walk(with("[[sample.panes]]\nmaterial = \"glass\"\nz_mm = 5.0\n")), Input_error);
+}
+
 // Flat slats as deep as they are apart: 1 - tan(theta), from below as from above.
 TEST(Blind, PassesDirectlyWhatTheGapShows) {
     Sample_walk const walk(black_blind);

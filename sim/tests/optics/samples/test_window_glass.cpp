@@ -133,3 +133,9 @@ TEST(WindowGlass, BubbleIsAirInGlass) {
     }
     EXPECT_TRUE(found);
 }
+
+TEST(WindowGlass, BubblesThatDoNotFitOrAreTooManyAreRefused) {
+    EXPECT_THROW(Sample_walk(pane("bubbles_per_cm3 = 1e9")), Input_error);
+    EXPECT_THROW(Sample_walk(pane("bubbles_per_cm3 = 1.0\nbubble_diameter_mm = [5.0, 6.0]")), Input_error);
+    EXPECT_NO_THROW(Sample_walk(pane("bubbles_per_cm3 = 1.0\nbubble_diameter_mm = [0.1, 6.0]")));
+}

@@ -180,6 +180,12 @@ TEST_F(Photon_scenario_file, WrongOnesAreRefused) {
     says(mirror + "[[band]]\nname = \"green\"", "'green'");
     says("instrument = \"none.toml\"\n" + plain, "no such file");
     says("[sample]\ncomponents = []", "'kind'");
+    says(plain + "size_mm = inf", "finite");
+    says(plain + "[photons]\nlow_discrepancy = 1", "true or false");
+    says(plain + "[source]\npolarisation_deg = 45.0", "'polarised' must be true");
+    says(plain + "[beam]\nkind = \"focused\"\nedge_deg = 2.0", "[beam] and [source]: edge_deg");
+    says(plain + "[readings]\nstep_deg = 0.0", "from 0.05 to 45");
+    says(plain + "[materials.spare]\nkind = \"black\"", "'spare' is a material that nothing uses");
 }
 
 TEST(Photon_scenario_beam, CollimatedAndFocused) {
