@@ -18,6 +18,11 @@ if TYPE_CHECKING:
     from gonio.simulate.request import Request
 
 
+_MOST_PHOTONS = 10**12  # sums of weights have 64 bits
+_MOST_SEED = 2**63 - 1  # as in a scenario file
+_MOST_THREADS = 1024
+
+
 class SimulationFormat(StrEnum):
     """What simulate can write."""
 
@@ -62,6 +67,7 @@ def simulate(
         typer.Option(
             metavar="N",
             min=1,
+            max=_MOST_PHOTONS,
             help="Per incident direction and band; without it the scenario's. klems-...: per incident patch; without "
             "it 20000.",
         ),
@@ -70,8 +76,12 @@ def simulate(
         float | None,
         typer.Option(metavar="REL", min=0.0, max=1.0, help="Photons until the median relative error is so small."),
     ] = None,
-    seed: Annotated[int | None, typer.Option(metavar="N", min=0, help="Of the random numbers.")] = None,
-    threads: Annotated[int | None, typer.Option(metavar="N", min=1, help="Without it: all cores.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(metavar="N", min=0, max=_MOST_SEED, help="Of the random numbers.")
+    ] = None,
+    threads: Annotated[
+        int | None, typer.Option(metavar="N", min=1, max=_MOST_THREADS, help="Without it: all cores.")
+    ] = None,
     workers: Annotated[
         int, typer.Option(metavar="N", min=0, help="Trace on so many Dask workers of this machine.")
     ] = 0,
@@ -154,5 +164,6 @@ def _balance_lines(balance: dict[str, Any]) -> list[str]:
         return ["closed form: no photons"]
     lines = [f"{'photons':<10}{balance['photons']:>16,}"]
     for name in ("emitted", "stored", "absorbed", "lost", "roulette"):
-        lines.append(f"{name:<10}{balance[name] / balance['emitted']:>16.4%}")
+        share = round(balance[name] / balance["emitted"], 6) + 0.0  # no negative zero
+        lines.append(f"{name:<10}{share:>16.4%}")
     return lines

@@ -100,6 +100,8 @@ def _fit(x: FloatArray, y: FloatArray, dsf: FloatArray, weight: FloatArray) -> l
         return None
     x0, y0 = float(above @ x) / total, float(above @ y) / total
     sigma = float(np.sqrt(0.5 * (above @ ((x - x0) ** 2 + (y - y0) ** 2)) / total))
+    if not sigma > 0.0:  # a single point stands above the ground
+        return None
     height = total / (2.0 * np.pi * sigma**2)
     root = np.sqrt(weight)
     scale = np.array([height, sigma, sigma, sigma, height, height / sigma, height / sigma])

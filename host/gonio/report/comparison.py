@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gonio.dataset.bsdf import Distribution
+from gonio.dataset.bsdf import Distribution, PointFlag
 from gonio.reduce.truth_beside import KnownTruth, beside
 
 _PEAK_KEY = re.compile(r"peak (?P<name>.+) (?P<field>\w+)")
@@ -18,6 +18,11 @@ _PEAK_FIELDS = ("theta_deg", "phi_deg", "height_per_sr", "sigma_deg", "integral"
 def known_values(d: Distribution, truth: KnownTruth | None) -> dict[str, float]:
     """What `gonio.reduce.truth_beside.beside` says, nothing without a truth."""
     return {} if truth is None else beside(d, truth)
+
+
+def word_for(d: Distribution) -> str:
+    """How its values came about: "simulated" or "measured"."""
+    return "simulated" if np.any(d.flags & PointFlag.SIMULATED) else "measured"
 
 
 def measured_peaks(d: Distribution) -> dict[str, dict[str, float]]:

@@ -17,6 +17,7 @@ from PIL import Image
 from gonio.dataset.bsdf import Distribution
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.reduce.truth_beside import KnownTruth
+from gonio.report.comparison import word_for
 from gonio.report.polar_grid import Half, hemisphere_image, plane_directions, plane_profile
 
 INK, MUTED, ACCENT, SECOND = "#1c2733", "#66727f", "#00538a", "#c8541b"
@@ -95,7 +96,7 @@ def plane_figure(d: Distribution, truth: KnownTruth | None, dpi: int = 110) -> s
                 ".",
                 ms=2.2,
                 color=ACCENT,
-                label=f"measured, within {profile.band_deg:.2g}\u00b0 of the plane",
+                label=f"{word_for(d)}, within {profile.band_deg:.2g}\u00b0 of the plane",
             )
             if truth is not None:
                 _draw_truth(axes, grid[1][column], d, truth, profile.index[mine], angle, side)
@@ -198,7 +199,8 @@ def _polar_frame(axes: Axes, half: Half) -> None:
         axes.plot(radius * np.cos(circle), radius * np.sin(circle), lw=0.9 if radius == 90 else 0.4, color=MUTED)
         if radius < 90:
             theta = radius if half == "front" else 180 - radius
-            axes.annotate(f"{theta}\u00b0", (0, -radius), fontsize=6.5, color=MUTED, ha="center", va="top", bbox=_box())
+            place = (-radius * np.sqrt(0.5), -radius * np.sqrt(0.5))  # off the planes that are lit most often
+            axes.annotate(f"{theta}\u00b0", place, fontsize=6.5, color=MUTED, ha="center", va="top", bbox=_box())
     for azimuth, align in ((0, "left"), (90, "center"), (180, "right"), (270, "center")):
         x, y = 94 * np.cos(np.radians(azimuth)), 94 * np.sin(np.radians(azimuth))
         vertical = {90: "bottom", 270: "top"}.get(azimuth, "center")

@@ -12,7 +12,7 @@ from gonio.formats import atomic
 from gonio.formats.klems_matrices import BANDS, PROCESSES, SIDES, build
 from gonio.reduce.truth_beside import KnownTruth
 from gonio.report import figures, tables
-from gonio.report.comparison import known_values
+from gonio.report.comparison import known_values, word_for
 from gonio.report.html_parts import (
     bullets,
     facts,
@@ -75,14 +75,13 @@ def render(dataset: Dataset, truth: KnownTruth | None = None) -> str:
 
 def _head(dataset: Dataset, truth: KnownTruth | None) -> str:
     parts = dataset.distributions
-    simulated = any(np.any(d.flags & PointFlag.SIMULATED) for d in parts)
-    kind = "Computed" if simulated else "Measured"
+    kinds = list(dict.fromkeys(word_for(d) for d in parts)) or ["measured"]
     points = sum(len(d.theta_deg) for d in parts)
     used = sum(int(np.count_nonzero(d.measured)) for d in parts)
     thetas = sorted({round(d.incident_theta_deg, 2) for d in parts})
-    lead = f"{kind} with {points:,} points, {used:,} of them used."
+    lead = f"{' and '.join(kinds).capitalize()} at {points:,} points, {used:,} of them used."
     if truth is not None:
-        lead += " The sample's scattering is known in closed form and is shown beside the measurement."
+        lead += " The sample's scattering is known in closed form and is shown beside."
     declared = {
         "Incident theta": ", ".join(f"{t:g}\u00b0" for t in thetas) or "none",
         "Channels": ", ".join(sorted({d.channel for d in parts})) or "none",
@@ -105,16 +104,16 @@ def _distributions(dataset: Dataset, truth: KnownTruth | None) -> str:
         maps = figure(
             figures.polar_maps(d, dpi),
             f"Polar maps of the DSF for incidence {tables.incident(d)}, {d.channel}",
-            f"DSF, logarithmic; each pixel shows the nearest point. White: nothing measured.{masked}",
+            f"DSF, logarithmic; each pixel shows the nearest point. White: nothing {word_for(d)}.{masked}",
         )
         plane = figure(
             figures.plane_figure(d, truth, dpi),
             f"Scatter plane for incidence {tables.incident(d)}, {d.channel}",
-            "Plane of incidence, measured points only."
+            f"Plane of incidence, {word_for(d)} points only."
             + (
                 ""
                 if truth is None
-                else " Below: measured over truth, less one, at the points themselves; dark: their means per degree."
+                else f" Below: {word_for(d)} over truth, less one, at the points themselves; dark: their means per degree."
             ),
         )
         title = f"Incident {tables.incident(d)}, {d.channel}: {len(d.theta_deg):,} points"
@@ -143,7 +142,8 @@ def _beam(dataset: Dataset) -> str:
         f"P_i = {number(p, 6)} (signal \u00b7 sr), relative standard uncertainty {number(u, 2)} (independent part)"
         for p, u in sorted(power)
     ]
-    caption = "Signal of the unobstructed beam, scanned without the sample, over the angle from its axis."
+    done = "scanned" if word_for(beam) == "measured" else "simulated"
+    caption = f"Signal of the unobstructed beam, {done} without the sample, over the angle from its axis."
     return bullets(lines) + figure(figures.beam_figure(beam), "Profile of the reference beam", caption)
 
 
@@ -183,7 +183,8 @@ def _klems(dataset: Dataset) -> str:
             for side in SIDES:
                 measured, rotated, _, zero = built.column_counts(band, process, side)
                 rows.append([f"{band} {process} {side}", str(measured), str(rotated), str(zero)])
-    head = ["matrix", "columns measured", "rotated (isotropic)", "zero"]
+    kinds = dict.fromkeys(word_for(d) for d in dataset.distributions)
+    head = ["matrix", f"columns {' or '.join(kinds)}", "rotated (isotropic)", "zero"]
     note = f"{built.basis.name}, {built.basis.size} incident columns each, as `gonio export` writes without filling."
     return table(head, rows) + bullets(built.remarks()) + paragraph(note, "note")
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.reduce.integrals import zero_forty_five
-from gonio.report.comparison import HEMISPHERES, measured_peaks, relative, short_name
+from gonio.report.comparison import HEMISPHERES, measured_peaks, relative, short_name, word_for
 from gonio.report.html_parts import fixed, number, paragraph, percent, signed_percent, table
 
 _INTO = {"rho": "\u03c1 reflected", "tau": "\u03c4 transmitted"}
@@ -42,16 +42,22 @@ def integrals(dataset: Dataset, known: Known) -> str:
             rows.append(row)
     if not rows:
         return ""
-    sum_of_points = "sum of points" if with_counted else "measured"
-    head = [*_where_head(dataset), "into", sum_of_points, "u (k = 1)", "measured share"]
+    simulated = any(word_for(d) == "simulated" for d in dataset.distributions)
+    sum_of_points = "sum of points" if simulated else "measured"
+    share_of = "share covered" if simulated else "measured share"
+    head = [*_where_head(dataset), "into", sum_of_points, "u (k = 1)", share_of]
     head += ["photons counted", "u (k = 1)"] if with_counted else []
     head += ["truth there", "difference"] if with_truth else []
     head += ["masked guessed"] if with_masked else []
     head += ["whole truth"] if with_truth else []
     note = (
-        f"{sum_of_points.capitalize()}: DSF times solid angle, added over these directions; measured share: of the "
+        f"{sum_of_points.capitalize()}: DSF times solid angle, added over these directions; {share_of}: of the "
         "cosine-weighted hemisphere. u is the independent part only, noise of the points and of the reference beam; "
-        "what all points share (alignment, solid angles, linearity, delays) is not in it."
+    )
+    note += (
+        "what comes of the points' finite number is not in it."
+        if simulated
+        else "what all points share (alignment, solid angles, linearity, delays) is not in it."
     )
     if with_counted:
         note += (

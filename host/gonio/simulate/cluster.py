@@ -24,6 +24,7 @@ _MOST_TASKS = 256
 _LOST_WORKERS = 10  # that one task may outlive
 _RETRIES = 3
 _CONNECT_S = 20.0
+_SILENT = logging.CRITICAL + 1  # after Ctrl-C the scheduler calls its lost connections critical
 
 
 def trace_range(bundle: Bundle, job: AnyJob, photons: tuple[int, int], version: str) -> Part | MapPart:
@@ -97,7 +98,7 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Client]:
                     n_workers=workers,
                     threads_per_worker=1,
                     dashboard_address=None,
-                    silence_logs=logging.CRITICAL,
+                    silence_logs=_SILENT,
                     preload=[__name__],
                 ) as cluster,
                 Client(cluster) as client,

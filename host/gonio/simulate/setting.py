@@ -20,6 +20,11 @@ if TYPE_CHECKING:
     from gonio.simulate.tracing import Laboratory
 
 _STEP_DEG = 2.0
+_CLOSED_FORM_KEYS = {  # of the scenario's top level and of two of its tables; the others are the running twin's
+    "": {"seed", "instrument", "sample", "beam", "detector", "timing", "drives", "fault", "readings", "band"},
+    "sample": {"components", "mounted"},
+    "readings": {"incident", "step_deg"},
+}
 _MOST_TIMES = 1000  # the photons of the scenario, where it names no end
 
 
@@ -107,6 +112,7 @@ def open_setting(request: Request, progress: PhotonProgress) -> Iterator[Setting
 
 
 def _closed_form_setting(path: Path, document: dict[str, Any]) -> ClosedFormSetting:
+    _check_keys(path, document)
     truth = Truth.from_scenario(path)
     readings = document.get("readings", {})
     incidents = readings.get("incident", [[0.0, 0.0]])
@@ -117,6 +123,8 @@ def _closed_form_setting(path: Path, document: dict[str, Any]) -> ClosedFormSett
     if not _is_number(step_deg) or not 0.1 <= step_deg <= 30.0:
         raise UsageError(f"{path}: readings.step_deg must be a number from 0.1 to 30")
     bands = document.get("band", [{}])
+    if not isinstance(bands, list) or not bands or not all(isinstance(band, dict) for band in bands):
+        raise UsageError(f"{path}: band must be a list of tables: write [[band]]")
     return ClosedFormSetting(
         truth=truth,
         bands=[(str(band.get("name", "visible")), band.get("wavelength_nm")) for band in bands],
@@ -128,6 +136,20 @@ def _closed_form_setting(path: Path, document: dict[str, Any]) -> ClosedFormSett
             "estimator": {"kind": "closed form, averaged over beam and aperture"},
         },
     )
+
+
+def _check_keys(path: Path, document: dict[str, Any]) -> None:
+    """UsageError for what no closed form has, and where there is no sample at all."""
+    tables = {"": document, "sample": document.get("sample", {}), "readings": document.get("readings", {})}
+    for name, table in tables.items():
+        if not isinstance(table, dict):
+            raise UsageError(f"{path}: {name} must be a table: write [{name}]")
+        unknown = sorted(table.keys() - _CLOSED_FORM_KEYS[name])
+        if unknown:
+            place = f"{name}.{unknown[0]}" if name else unknown[0]
+            raise UsageError(f"{path}: {place} is not a key of a closed form: remove it or correct its spelling")
+    if not tables["sample"].get("components"):
+        raise UsageError(f"{path}: no sample: give [sample] a kind (traced) or components (closed form)")
 
 
 def _is_number(value: Any) -> bool:

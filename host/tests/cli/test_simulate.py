@@ -190,6 +190,14 @@ def test_a_closed_form_is_exact(capsys: pytest.CaptureFixture[str]) -> None:
         (CLOSED, ["--threads", "2", "--workers", "2"], "--threads"),
         (CLOSED, ["--scheduler", "tcp://h:1", "--workers", "2"], "choose one"),
         (CLOSED, ["--error", "7"], "--error"),
+        (CLOSED, ["--seed", str(2**64)], "--seed"),
+        (CLOSED, ["--photons", str(10**20)], "--photons"),
+        (CLOSED, ["--threads", "100000"], "--threads"),
+        ("[beam]\nkind = 'focused'\n", [], "no sample"),
+        ("sample = 5\n", [], "[sample]"),
+        (CLOSED.replace("components", "component"), [], "sample.component "),
+        (CLOSED + "[reading]\nstep_deg = 5\n", [], "reading "),
+        (CLOSED + "[band]\nname = 'visible'\n", [], "[[band]]"),
     ],
 )
 def test_wrong_use_is_one_line_and_status_2(
@@ -201,6 +209,14 @@ def test_wrong_use_is_one_line_and_status_2(
     assert captured.err.count("\n") == 1
     assert words in captured.err
     assert not Path("sim.h5").exists()
+
+
+def test_few_photons_make_no_peak_of_one_point(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    white = (folder / "white.toml").read_text().replace("step_deg = 6", "step_deg = 30")
+    for seed in range(1, 5):
+        Path("few.toml").write_text(white.replace("seed = 3", f"seed = {seed}"))
+        assert main.run(["simulate", "few.toml", "-o", "few.h5", "--photons", "30"]) == 0
+        assert "-0.0000%" not in capsys.readouterr().err
 
 
 def test_a_traced_sample_has_no_truth_to_report(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

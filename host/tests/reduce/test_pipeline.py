@@ -295,3 +295,6 @@ def test_a_peak_that_is_masked_or_absent_is_not_measured(lobe: Dataset) -> None:
     assert measure_peak(unit, dsf, np.zeros(3000, dtype=bool)) is None
     assert measure_peak(unit, -np.abs(dsf), np.ones(3000, dtype=bool)) is None
     assert measure_peak(unit[:10], dsf[:10], np.ones(10, dtype=bool)) is None
+    single = np.zeros(3000)
+    single[100] = 5.0
+    assert measure_peak(unit, single, np.ones(3000, dtype=bool)) is None

@@ -83,7 +83,7 @@ def test_band_is_narrow_where_the_plane_itself_was_measured() -> None:
 
 
 def test_many_points_are_thinned_but_keep_their_place() -> None:
-    units = np.concatenate([plane_points(0.01), [[0.0, 1.0, 0.0]]])
+    units = np.concatenate([plane_points(0.03), [[0.0, 1.0, 0.0]]])
     profile = plane_profile(distribution((30, 0), units, lambda u: u[:, 2]))
     assert len(profile.angle_deg) <= 12 * 360
     np.testing.assert_allclose(profile.dsf_per_sr, np.cos(np.radians(profile.angle_deg)), atol=1e-9)

@@ -11,7 +11,7 @@ import pytest
 from matplotlib import image as mpimage
 from synthetic_bsdf import distribution, lambert_and_mirror, lobe_per_sr, sphere_points, spiral_about, with_evaluation
 
-from gonio.dataset.bsdf import Dataset
+from gonio.dataset.bsdf import Dataset, PointFlag
 from gonio.formats import nist_csv
 from gonio.reduce.pipeline import reduce_dataset
 from gonio.report.html import render, write_report
@@ -178,6 +178,21 @@ def test_dataset_without_truth_beam_and_sides_is_reported_too(tmp_path: Path) ->
     assert "path" not in outline.ids
     assert "reference-beam" not in outline.ids
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_simulated_points_are_not_called_measured() -> None:
+    made = lambert_and_mirror((30.0,))
+    for d in made.distributions:
+        with_evaluation(d)
+        d.flags |= np.uint16(PointFlag.SIMULATED)
+    made.beam = distribution((0, 0), spiral_about(0, 0, 3, 0.2), lambda u: np.where(u[:, 2] > 0.9997, 1.0, 1e-4))
+    made.beam.flags |= np.uint16(PointFlag.SIMULATED)
+    text = Outline(render(made)).text
+    assert "Simulated at" in text
+    assert "simulated without the sample" in text
+    assert "columns simulated" in text
+    assert "alignment" not in text
+    assert "measured" not in text.lower()
 
 
 def test_nist_report_has_a_row_per_wavelength() -> None:

@@ -45,6 +45,9 @@ void read_instrument(const std::filesystem::path &path, Receiver_settings &recei
 
 void read_photons(Toml_table table, Photon_scenario &scenario) {
     scenario.photons = count_of(table, "count", 1000000, 1);
+    if (scenario.photons > 1000000000000) {
+        table.fail("count", "must be at most 1000000000000");
+    }
     scenario.relative_error = within(table, "relative_error", 0.0, 0.0, 1.0);
     scenario.most_photons = count_of(table, "most_photons", 0, 0);
     if (table.has("most_photons") && scenario.relative_error == 0.0) {

@@ -180,6 +180,7 @@ TEST_F(Photon_scenario_file, WrongOnesAreRefused) {
     says(mirror + "[[band]]\nname = \"green\"", "'green'");
     says("instrument = \"none.toml\"\n" + plain, "no such file");
     says("[sample]\ncomponents = []", "'kind'");
+    says(plain + "[photons]\ncount = 1000000000001", "at most");
     says(plain + "size_mm = inf", "finite");
     says(plain + "[photons]\nlow_discrepancy = 1", "true or false");
     says(plain + "[source]\npolarisation_deg = 45.0", "'polarised' must be true");
