@@ -76,9 +76,7 @@ def simulate(
         float | None,
         typer.Option(metavar="REL", min=0.0, max=1.0, help="Photons until the median relative error is so small."),
     ] = None,
-    seed: Annotated[
-        int | None, typer.Option(metavar="N", min=0, max=_MOST_SEED, help="Of the random numbers.")
-    ] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", min=0, max=_MOST_SEED, help="Of the random numbers.")] = None,
     threads: Annotated[
         int | None, typer.Option(metavar="N", min=1, max=_MOST_THREADS, help="Without it: all cores.")
     ] = None,

@@ -183,10 +183,11 @@ def beam_figure(beam: Distribution, dpi: int = 110) -> str:
         figure = Figure(figsize=(6.2, 2.7), dpi=dpi, layout="constrained")
         axes = figure.subplots()
         top = max(float(np.nanmax(beam.signal)), 1e-12)
-        axes.semilogy(beam.theta_deg, np.maximum(beam.signal / top, 1e-7), ".", ms=1.8, color=ACCENT)
+        lit = beam.signal > 1e-7 * top  # a simulated beam's surround is dark, and has no logarithm
+        axes.semilogy(beam.theta_deg[lit], beam.signal[lit] / top, ".", ms=1.8, color=ACCENT)
         axes.set_xlabel("angle from the beam's axis  [\u00b0]")
         axes.set_ylabel("signal / maximum")
-        axes.set_ylim(bottom=max(float(np.nanmin(np.maximum(beam.signal / top, 1e-7))) / 2, 1e-7), top=2)
+        axes.set_ylim(bottom=float(np.min(beam.signal[lit], initial=top)) / top / 2, top=2)
         axes.grid(alpha=0.25, lw=0.5)
         return data_uri(figure, dpi)
 

@@ -113,7 +113,8 @@ def _distributions(dataset: Dataset, truth: KnownTruth | None) -> str:
             + (
                 ""
                 if truth is None
-                else f" Below: {word_for(d)} over truth, less one, at the points themselves; dark: their means per degree."
+                else f" Below: {word_for(d)} over truth, less one, at the points themselves; dark: their means per "
+                "degree."
             ),
         )
         title = f"Incident {tables.incident(d)}, {d.channel}: {len(d.theta_deg):,} points"

@@ -66,7 +66,7 @@ def integrals(dataset: Dataset, known: Known) -> str:
         )
     if with_masked:
         note += (
-            " Masked guessed: the same sum if masked directions held the value of their nearest measured neighbour; "
+            " Masked guessed: the same sum if masked directions held the value of their nearest neighbour that is not; "
             "worth nothing where a peak is masked."
         )
     if with_truth:

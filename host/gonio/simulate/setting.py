@@ -103,6 +103,7 @@ def open_setting(request: Request, progress: PhotonProgress) -> Iterator[Setting
         with _photon_setting(request, document, progress) as setting:
             yield setting
         return
+    _check_keys(request.scenario, document)
     for option, value in (("--photons", request.photons), ("--error", request.relative_error)):
         if value is not None:
             raise UsageError(
@@ -112,7 +113,6 @@ def open_setting(request: Request, progress: PhotonProgress) -> Iterator[Setting
 
 
 def _closed_form_setting(path: Path, document: dict[str, Any]) -> ClosedFormSetting:
-    _check_keys(path, document)
     truth = Truth.from_scenario(path)
     readings = document.get("readings", {})
     incidents = readings.get("incident", [[0.0, 0.0]])

@@ -21,6 +21,7 @@ from gonio.units.errors import UsageError
 FloatArray = NDArray[np.float64]
 
 CELLS = 64
+_FOLLOW = ("none", "mirror", "retro", "through")
 _WITHIN = 3  # directions per side of a cell where a cell takes its value from the nearest points
 _GRAZING = 0.02  # cosine below which a BSDF is not divided out further
 _COVERED = 0.5  # of a cell: with more, its own points tell its value
@@ -59,6 +60,8 @@ def read_tables(document: dict[str, Any], folder: Path, band: str) -> dict[str, 
         name = material["file"]
         path = folder / name
         follow = str(material.get("follow", "none"))
+        if follow not in _FOLLOW:
+            raise UsageError(f'{path}: follow = "{follow}" in the scenario: must be one of {", ".join(_FOLLOW)}')
         if path.suffix == ".h5":
             found[name] = table_of_dataset(read_dataset(path), band, follow, str(path))
         elif path.suffix == ".xml":

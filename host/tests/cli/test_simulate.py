@@ -183,6 +183,12 @@ def test_a_closed_form_is_exact(capsys: pytest.CaptureFixture[str]) -> None:
         (WHITE.format(reflectance=1.6), [], "reflectance"),
         ("[sample]\nkind = 'unheard-of'\n", [], "must be one of"),
         ("[sample]\nkind = ", [], "s.toml"),
+        (
+            "[sample]\nkind = 'sheet'\nmaterial = 'm'\n"
+            "[materials.m]\nkind = 'tabulated'\nfile = 'm.h5'\nfollow = 'peak'\n",
+            [],
+            "m.h5: follow",
+        ),
         (CLOSED, ["--photons", "5"], "closed form"),
         (CLOSED + "[readings]\nincident = [[200, 0]]\n", [], "readings.incident"),
         (CLOSED, ["--like", "none.h5"], "none.h5"),

@@ -58,9 +58,7 @@ void add_blind(Toml_table &table, Sample_parts &parts) {
         refuse_overlap(pane, slab, taken);
         taken.push_back(slab);
         if (solid_body) {
-            Pane const solid{.size_mm = {mm_of_panes, mm_of_panes},
-                             .front_z_mm = pane_z,
-                             .thickness_mm = thickness};
+            Pane const solid{.size_mm = {mm_of_panes, mm_of_panes}, .front_z_mm = pane_z, .thickness_mm = thickness};
             add_pane(parts, solid, material, material);
         } else {
             parts.shapes().add(Parallelogram{{-0.5 * mm_of_panes, -0.5 * mm_of_panes, pane_z},

@@ -40,8 +40,8 @@ struct Bubbles {
 };
 
 // At random places well within the pane, none through another.
-void add_bubbles(const Toml_table &table, Sample_parts &parts, const Pane &pane, const Bubbles &bubbles, double relief_mm,
-                 const Material &material) {
+void add_bubbles(const Toml_table &table, Sample_parts &parts, const Pane &pane, const Bubbles &bubbles,
+                 double relief_mm, const Material &material) {
     auto const [width, height] = pane.size_mm;
     double const slope = pane.wedge.sine / pane.wedge.cosine;
     double const thickest = pane.thickness_mm + 0.5 * height * slope;

@@ -56,6 +56,9 @@ Source_settings read_beam(Toml_table beam, Toml_table source, double arm_radius_
     bool const collimated = kind == "collimated";
     settings.kind = collimated ? Beam_kind::collimated : Beam_kind::focused;
     settings.diameter_mm = positive(beam, "diameter_mm", collimated ? 65.0 : 10.0);
+    if (settings.diameter_mm >= arm_radius_mm) {
+        beam.fail("diameter_mm", "must be below the arm's radius");
+    }
     double const edge_deg = within(beam, "edge_deg", 0.1, 0.0, 20.0);
     if (collimated) {
         if (beam.has("divergence_deg")) {

@@ -182,6 +182,7 @@ TEST_F(Photon_scenario_file, WrongOnesAreRefused) {
     says("[sample]\ncomponents = []", "'kind'");
     says(plain + "[photons]\ncount = 1000000000001", "at most");
     says(plain + "size_mm = inf", "finite");
+    says(plain + "[beam]\ndiameter_mm = 5000.0", "arm's radius");
     says(plain + "[photons]\nlow_discrepancy = 1", "true or false");
     says(plain + "[source]\npolarisation_deg = 45.0", "'polarised' must be true");
     says(plain + "[beam]\nkind = \"focused\"\nedge_deg = 2.0", "[beam] and [source]: edge_deg");
