@@ -1,6 +1,8 @@
 """peaks.py: direction, width and integral of a peak from the spiral flown about it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +12,12 @@ from gonio.geometry.cells import disc_solid_angles_sr
 from gonio.geometry.directions import angles_deg_from_unit, tangent_frame
 
 FloatArray = NDArray[np.float64]
+_Place = TypeVar("_Place", float, NDArray[np.float64])
 
 _LEAST_POINTS = 50
 _MASKED_MOST = 0.1  # of the disc: with more masked, width and integral would be guesses
 _RING = 0.85  # of the radius: outside, only ground is expected
+_MISFIT_MOST = 0.1  # of the peak: with more the peak is no Gaussian, and its fit's ground makes up for the shape
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,7 @@ class Peak:
     phi_deg: float
     height_per_sr: float  # above the ground
     sigma_deg: float
-    integral: float  # sum of (DSF - ground) Omega over the disc
+    integral: float  # sum of (DSF - ground) Omega over the disc; of a peak that is no Gaussian: ground of the rim
     ground_per_sr: float  # at the peak
     solid_angle_sr: float  # of the disc
     masked_share: float
@@ -56,18 +60,22 @@ def measure_peak(unit: FloatArray, dsf_per_sr: FloatArray, used: NDArray[np.bool
     if fit is None:
         return None
     height, x0, y0, sigma, *plane = fit
+    lobe = height * np.exp(-0.5 * ((x - x0) ** 2 + (y - y0) ** 2) / sigma**2)
+    ring = _ground(x, y, dsf, weight)
+    misfit = np.abs(dsf - lobe - _plane(plane, x, y)) @ weight
+    if misfit > _MISFIT_MOST * (np.abs(dsf - _plane(ring, x, y)) @ weight):
+        plane = list(ring)
     radius = float(np.hypot(x0, y0))
     across = np.sin(radius) / radius if radius > 0.0 else 1.0
     top = across * (x0 * frame[0] + y0 * frame[1]) + np.cos(radius) * frame[2]
     theta_deg, phi_deg = angles_deg_from_unit(top)
-    ground = plane[0] + plane[1] * x + plane[2] * y
     return Peak(
         theta_deg=float(theta_deg),
         phi_deg=float(phi_deg),
         height_per_sr=height,
         sigma_deg=float(np.degrees(sigma)),
-        integral=float((dsf - ground) @ weight),
-        ground_per_sr=float(plane[0] + plane[1] * x0 + plane[2] * y0),
+        integral=float((dsf - _plane(plane, x, y)) @ weight),
+        ground_per_sr=float(_plane(plane, x0, y0)),
         solid_angle_sr=float(omega.sum()),
         masked_share=masked_share,
     )
@@ -79,6 +87,11 @@ def _equidistant(unit: FloatArray, frame: FloatArray) -> tuple[FloatArray, Float
     across = np.hypot(a, b)
     scale = np.where(across > 1e-12, np.arctan2(across, unit @ frame[2]) / np.maximum(across, 1e-12), 1.0)
     return a * scale, b * scale
+
+
+def _plane(plane: Sequence[float] | FloatArray, x: _Place, y: _Place) -> _Place:
+    """Its value at a place, or at each of many."""
+    return plane[0] + plane[1] * x + plane[2] * y
 
 
 def _ground(x: FloatArray, y: FloatArray, dsf: FloatArray, weight: FloatArray) -> FloatArray:
@@ -94,7 +107,7 @@ def _ground(x: FloatArray, y: FloatArray, dsf: FloatArray, weight: FloatArray) -
 def _fit(x: FloatArray, y: FloatArray, dsf: FloatArray, weight: FloatArray) -> list[float] | None:
     """Height, x0, y0, sigma and the ground's plane (3), started from the moments above the ring's plane."""
     plane = _ground(x, y, dsf, weight)
-    above = np.maximum(dsf - plane[0] - plane[1] * x - plane[2] * y, 0.0) * weight
+    above = np.maximum(dsf - _plane(plane, x, y), 0.0) * weight
     total = float(above.sum())
     if not total > 0.0:
         return None

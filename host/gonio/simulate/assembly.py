@@ -1,6 +1,7 @@
 """assembly.py: readings as distributions of a dataset: scaled by the free beam, with variance, flags, integrals,
 peaks."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,9 @@ _LOW_SIGMA = 3.0  # as the reduction has it
 _WIDEST = 0.5
 _LEAST_RISE = 0.2
 _LEAST_SIGMA = 5.0
+# The directions lie too far apart if their sum misses the photons' count by more than noise and this share of it.
+_MISSED_SIGMA = 5.0
+_MISSED_LEAST = 0.01
 
 
 @dataclass(frozen=True)
@@ -117,6 +121,24 @@ def _counted(incident_theta_deg: float, balance: dict[str, int]) -> dict[str, fl
         result[f"{name}_counted"] = mean
         result[f"{name}_counted_u"] = float(np.sqrt(max(mean_square - mean**2, 0.0) / photons))
     return result
+
+
+def far_apart(distributions: Sequence[Distribution]) -> list[str]:
+    """Where the sum over directions misses what was counted: one sentence each."""
+    remarks = []
+    for d in distributions:
+        for name in ("rho", "tau"):
+            counted, points = d.integrals.get(f"{name}_counted"), d.integrals.get(f"{name}_measured")
+            if counted is None or points is None or not d.measured.all():
+                continue
+            noise = float(np.hypot(d.integrals[f"{name}_u"], d.integrals[f"{name}_counted_u"]))
+            if abs(points - counted) > max(_MISSED_SIGMA * noise, _MISSED_LEAST * counted):
+                remarks.append(
+                    f"{d.channel}, incident ({d.incident_theta_deg:g}, {d.incident_phi_deg:g}): the directions that "
+                    f"were read add up to {name} {points:.4f}, the photons to {counted:.4f}: trust the photons, or "
+                    "read closer with [readings] step_deg"
+                )
+    return remarks
 
 
 def _peak(target: Target, named: NamedPeak, distribution: Distribution) -> dict[str, float]:

@@ -11,7 +11,7 @@ import scipy
 from gonio.dataset.bsdf import Dataset
 from gonio.dataset.nexus import read_dataset
 from gonio.simulate import directions
-from gonio.simulate.assembly import FreeBeam, distribution_of, free_beam
+from gonio.simulate.assembly import FreeBeam, distribution_of, far_apart, free_beam
 from gonio.simulate.directions import BeamExtent
 from gonio.simulate.progress import PhotonProgress
 from gonio.simulate.readings import BALANCE, FloatArray, Job, Reading, added
@@ -67,7 +67,7 @@ def simulate(request: Request, progress: PhotonProgress) -> Simulated:
         "versions": {"gonio": gonio_version(), "numpy": np.__version__, "scipy": scipy.__version__},
     }
     del provenance["simulation"]["instrument_text"]
-    remarks = _remarks(setting, targets, readings, beams)
+    remarks = _remarks(setting, targets, readings, beams) + far_apart(distributions)
     provenance["notes"] = remarks
     dataset = Dataset(
         distributions=distributions,

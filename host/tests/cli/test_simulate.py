@@ -166,6 +166,16 @@ def test_photons_until_the_error_is_reached(folder: Path, capsys: pytest.Capture
         assert described["balance"]["photons"] > 30_000
 
 
+def test_directions_that_miss_a_ridge_are_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    louver = Path(__file__).parents[3] / "sim" / "scenarios" / "photon" / "louver_v2.toml"
+    coarse = louver.read_text().replace("[readings]", "[readings]\nstep_deg = 12")
+    (folder / "coarse.toml").write_text(coarse)
+    assert main.run(["simulate", str(folder / "coarse.toml"), "-o", "coarse.h5", "--photons", "100000"]) == 0
+    assert "trust the photons" in capsys.readouterr().err
+    assert main.run(["simulate", str(folder / "white.toml"), "-o", "white.h5"]) == 0
+    assert "trust the photons" not in capsys.readouterr().err
+
+
 def test_a_closed_form_is_exact(capsys: pytest.CaptureFixture[str]) -> None:
     Path("closed.toml").write_text(CLOSED + "[readings]\nincident = [[30, 0]]\nstep_deg = 5\n")
     assert main.run(["simulate", "closed.toml", "-o", "sim.h5"]) == 0
