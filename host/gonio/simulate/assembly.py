@@ -80,6 +80,8 @@ def distribution_of(target: Target, reading: Reading, beam: FreeBeam) -> Distrib
     count[used] = np.minimum(reading.hits, _MOST_COUNT)
     p_i = beam.beam.p_i
     low = used & (np.nan_to_num(signal) < _LOW_SIGMA * np.nan_to_num(error))
+    if reading.balance:
+        low |= used & (count == 0)  # no photon came: the error of that is not known, and stands as 0
     theta_deg, phi_deg = angles_deg_from_unit(target.unit)
     result = Distribution(
         incident_theta_deg=target.incident_deg[0],

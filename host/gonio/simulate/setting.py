@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from gonio.dataset.bsdf import Polarisation
 from gonio.simulate.bundle import INSTRUMENT, Bundle, pack, read_document
 from gonio.simulate.closed_form import Truth
 from gonio.simulate.closed_form_run import read_closed_form
@@ -36,6 +37,7 @@ class Setting(Protocol):
     step_deg: float
     provenance: dict[str, Any]
     estimator: tuple[str, int]  # of the sample's jobs, with its bandwidth
+    polarisation: Polarisation  # of the light that arrives
 
     @property
     def relative_error(self) -> float:
@@ -55,6 +57,7 @@ class ClosedFormSetting:
     step_deg: float
     provenance: dict[str, Any]
     estimator: tuple[str, int] = ("fixed", 0)
+    polarisation: Polarisation = "unpolarised"
 
     @property
     def relative_error(self) -> float:
@@ -80,6 +83,7 @@ class PhotonSetting:
     half_angle_rad: float
     estimator: tuple[str, int]
     laboratory: "Laboratory"
+    polarisation: Polarisation
 
     @property
     def relative_error(self) -> float:
@@ -207,7 +211,19 @@ def _photon_setting(request: Request, document: dict[str, Any], progress: Photon
             half_angle_rad=half_angle_rad,
             estimator=(scenario.estimator, bandwidth),
             laboratory=laboratory,
+            polarisation=_polarisation(document),
         )
+
+
+def _polarisation(document: dict[str, Any]) -> Polarisation:
+    """Of the lamp; s is across the plane of incidence of a sample that turns about the vertical."""
+    source = document.get("source", {})
+    if "stokes" in source:
+        return "unknown"
+    if "polarisation_deg" not in source:
+        return "unpolarised"
+    named: dict[float, Polarisation] = {0.0: "s", 90.0: "p"}
+    return named.get(float(source["polarisation_deg"]) % 180.0, "unknown")
 
 
 @contextmanager

@@ -74,6 +74,7 @@ def simulate(request: Request, progress: PhotonProgress) -> Simulated:
         sample_name=f"simulated: {request.scenario.stem}",
         provenance=provenance,
         beam=beams[bands[0]].distribution,
+        polarisation=setting.polarisation,
     )
     if measured is not None:
         dataset.front_faces = measured.front_faces

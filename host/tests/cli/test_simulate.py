@@ -176,6 +176,16 @@ def test_directions_that_miss_a_ridge_are_told(folder: Path, capsys: pytest.Capt
     assert "trust the photons" not in capsys.readouterr().err
 
 
+def test_a_direction_without_a_photon_is_low_signal(folder: Path) -> None:
+    (folder / "mirror.toml").write_text('[sample]\nkind = "mirror"\nreflectance = 0.5\n[readings]\nstep_deg = 12\n')
+    assert main.run(["simulate", str(folder / "mirror.toml"), "-o", "mirror.h5", "--photons", "20000"]) == 0
+    points = read_dataset(Path("mirror.h5")).distributions[0]
+    dark = points.count == 0
+    assert dark.any()
+    assert np.all(points.flags[dark] & PointFlag.LOW_SIGNAL)
+    assert read_dataset(Path("mirror.h5")).polarisation == "unpolarised"
+
+
 def test_a_closed_form_is_exact(capsys: pytest.CaptureFixture[str]) -> None:
     Path("closed.toml").write_text(CLOSED + "[readings]\nincident = [[30, 0]]\nstep_deg = 5\n")
     assert main.run(["simulate", "closed.toml", "-o", "sim.h5"]) == 0
