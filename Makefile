@@ -80,7 +80,7 @@ soak: setup $(STAMPS)/apt-check build/fuzz/build.ninja ## ten minutes of fuzzing
 	@$(FUZZ) -max_total_time=600 -- build/fuzz/firmware/fuzz_* host/fuzz/fuzz_*.py
 
 clean: ## remove what was built (the virtual environment stays)
-	rm -rf build $(GENERATED)
+	rm -rf build $(GENERATED) host/gonio/simulate/_photons*.so
 
 $(STAMPS)/apt-build: PACKAGES := $(BUILD_PACKAGES)
 $(STAMPS)/apt-check: PACKAGES := $(CHECK_PACKAGES)
