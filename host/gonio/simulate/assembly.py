@@ -2,7 +2,7 @@
 peaks."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,10 +101,18 @@ def distribution_of(target: Target, reading: Reading, beam: FreeBeam) -> Distrib
         p_i=p_i,
         p_i_u_rel=beam.beam.p_i_u_rel,
     )
-    result.integrals = integrals(result) | _counted(target.incident_deg[0], reading.balance) | target.integrals
+    overlap = overlap_factor(reading.aperture_sr, target.solid_angle_sr)
+    sums = replace(result, variance_per_sr2=result.variance_per_sr2 * overlap)
+    result.integrals = integrals(sums) | _counted(target.incident_deg[0], reading.balance) | target.integrals
     for peak in target.peaks:
-        result.integrals |= _peak(target, peak, result)
+        result.integrals |= _peak(target, peak, sums)
     return result
+
+
+def overlap_factor(aperture_sr: float, solid_angle_sr: FloatArray) -> FloatArray:
+    """Factor (n,) on the variances of points when they are added: apertures larger than their points' cells overlap,
+    and a photon that is in many is no more than one photon."""
+    return np.maximum(1.0, aperture_sr / np.where(solid_angle_sr > 0.0, solid_angle_sr, np.inf))
 
 
 def _counted(incident_theta_deg: float, balance: dict[str, int]) -> dict[str, float]:

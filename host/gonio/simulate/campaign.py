@@ -1,5 +1,6 @@
 """campaign.py: all jobs of a simulation, each until its photons are traced or its error is small enough."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -79,7 +80,8 @@ def _reading(part: Part, half_angle_rad: float) -> Reading:
     sums = (part.weight, part.square, part.hits, part.balance["photons"])
     dsf, error, _, hits = _photons.estimate(*sums, half_angle_rad)
     median, _, _ = _photons.precision(*sums, 1.0)
-    return Reading(dsf, error, hits, median, part.balance)
+    aperture_sr = 2.0 * math.pi * (1.0 - math.cos(half_angle_rad))
+    return Reading(dsf, error, hits, median, part.balance, aperture_sr)
 
 
 def _map_reading(part: MapPart) -> Reading:

@@ -126,3 +126,4 @@ class Reading:
     hits: CountArray
     median_error: float = 0.0  # relative, over the lit readings
     balance: dict[str, int] = field(default_factory=dict)  # empty: a closed form, no photons
+    aperture_sr: float = 0.0  # solid angle of each aperture; 0: not the same for all

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gonio.simulate.campaign import Crew, Effort
     from gonio.simulate.tracing import Laboratory
 
-_STEP_DEG = 2.0
+_STEP_DEG = 1.0
 _CLOSED_FORM_KEYS = {  # of the scenario's top level and of two of its tables; the others are the running twin's
     "": {"seed", "instrument", "sample", "beam", "detector", "timing", "drives", "fault", "readings", "band"},
     "sample": {"components", "mounted"},

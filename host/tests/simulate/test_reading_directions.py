@@ -6,6 +6,7 @@ import pytest
 from gonio.geometry.cells import solid_angles_sr, spiral_pitch_deg
 from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
 from gonio.geometry.kinematics import SOURCE_LAB
+from gonio.simulate.assembly import overlap_factor
 from gonio.simulate.directions import BeamExtent, about_beam, beam_extent, beam_probe, beam_spiral, grid, rings, spiral
 
 
@@ -54,3 +55,8 @@ def test_angles_of_the_free_beam_are_the_conventions() -> None:
     assert unit[0] == pytest.approx([0.0, 0.0, -1.0])
     assert unit[1, 0] > 0.0
     assert unit[2, 1] > 0.0
+
+
+def test_apertures_that_overlap_count_a_photon_once() -> None:
+    # Two cells of a quarter of the aperture each: four times the variance of independent readings.
+    assert overlap_factor(4.0e-5, np.array([1.0e-5, 8.0e-5, 0.0])) == pytest.approx([4.0, 1.0, 1.0])

@@ -48,7 +48,7 @@ struct Photon_scenario {
     std::uint64_t most_photons = 0;  // where that ends
     std::vector<Band> bands;
     std::vector<Incident> incidents;
-    double direction_step_deg = 2.0; // of the grid that is read where no measurement is followed
+    double direction_step_deg = 1.0; // of the grid that is read where no measurement is followed
     Receiver_settings receiver;
 
     // Built anew per band. `mounted` false: the free beam; sample and holder are out of it.
