@@ -93,16 +93,20 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Client]:
     }
     with dask.config.set(settings):
         if scheduler is None:
-            with (
-                LocalCluster(
+            try:
+                cluster = LocalCluster(
                     n_workers=workers,
                     threads_per_worker=1,
                     dashboard_address=None,
                     silence_logs=_SILENT,
                     preload=[__name__],
-                ) as cluster,
-                Client(cluster) as client,
-            ):
+                )
+            except (OSError, RuntimeError) as error:
+                raise UsageError(
+                    f"--workers {workers}: cannot start them ({error}): they need memory and a /dev/shm that takes "
+                    "files; --threads does without"
+                ) from error
+            with cluster, Client(cluster) as client:
                 yield client
             return
         try:
