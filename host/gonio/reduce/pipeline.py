@@ -2,7 +2,6 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from gonio.reduce.points import Points, Scale, binned, cells, distribution_of, p
 from gonio.reduce.timeline import last_counters
 from gonio.units.errors import UsageError
 from gonio.units.instrument import parse_instrument
+from gonio.units.version import gonio_version
 
 CORRECTIONS = (
     "delays: light of a sample = strobe time less the channel's delay; position = SYNC echo plus the axis' latch delay",
@@ -33,6 +33,7 @@ CORRECTIONS = (
     "masks: shade of the detector's head, saturation, unreachable directions",
     "variance: noise measured in the dark plus shot noise and monitor noise estimated from the scan, as white noise",
 )
+
 _WORKERS = 2  # more would cost memory: half a gigabyte each for a million samples
 
 
@@ -97,7 +98,7 @@ def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None) -> Datas
                 "monitor_variance_rel": scale.monitor_variance_rel,
             },
             "shade_angle_deg": shade_deg,
-            "versions": {"gonio": _version(), "numpy": np.__version__, "scipy": scipy.__version__},
+            "versions": {"gonio": gonio_version(), "numpy": np.__version__, "scipy": scipy.__version__},
             "scan": {key: value for key, value in metadata.items() if key not in ("instrument", "unreachable")},
         },
         beam=_beam_distribution(beam, beam_points, scale),
@@ -106,7 +107,9 @@ def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None) -> Datas
 
 def reduce_dataset(dataset: Dataset) -> Dataset:
     """Cells and integrals for points that were not flown here (imported). The DSF stays as it is; cells end where the
-    points do."""
+    points do. Points that have cells (reduced, simulated) are left alone, with all that was found in them."""
+    if all(distribution.solid_angle_sr.any() for distribution in dataset.distributions):
+        return dataset
     distributions = []
     for distribution in dataset.distributions:
         unit = unit_from_angles_deg(distribution.theta_deg, distribution.phi_deg)
@@ -217,10 +220,3 @@ def _not_flown(metadata: dict[str, Any], flown: list[Flown]) -> list[str]:
             how = "flown only in part" if entry["path_id"] in begun else "not flown"
             notes.append(f"path {entry['path_id']} ({entry.get('name', entry['kind'])}) was {how}")
     return notes
-
-
-def _version() -> str:
-    try:
-        return version("gonio")
-    except PackageNotFoundError:
-        return "not installed"

@@ -15,8 +15,8 @@ from gonio.simulate import _photons
 from gonio.simulate.bundle import Bundle
 from gonio.simulate.readings import AnyJob, MapPart, Part
 from gonio.simulate.tracing import laboratory_of
-from gonio.simulate.version import gonio_version
 from gonio.units.errors import GonioError, UsageError
+from gonio.units.version import gonio_version
 
 # Photons per task: about half a second of one core, and not more tasks per round than a scheduler likes.
 _LEAST_PHOTONS = 1 << 20

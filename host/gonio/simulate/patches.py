@@ -17,8 +17,8 @@ from gonio.simulate.progress import PhotonProgress
 from gonio.simulate.readings import BALANCE, FloatArray, Part, PatchJob, added
 from gonio.simulate.request import Request
 from gonio.simulate.setting import PhotonSetting, open_setting
-from gonio.simulate.version import gonio_version
 from gonio.units.errors import CheckFailed, UsageError
+from gonio.units.version import gonio_version
 
 # Per incident patch, where nobody says. Through the louver 4600 have the root mean square error of genBSDF's default of
 # 2000 samples (host/benchmarks/bench_sim.py).

@@ -18,8 +18,8 @@ from gonio.simulate.readings import BALANCE, FloatArray, Job, Reading, added
 from gonio.simulate.request import Request, Simulated
 from gonio.simulate.setting import Setting, open_setting
 from gonio.simulate.targets import Target, targets_like, targets_on_grid
-from gonio.simulate.version import gonio_version
 from gonio.units.errors import UsageError
+from gonio.units.version import gonio_version
 
 CORRECTIONS = (
     "readings: power in the detector's aperture over its solid angle and the emitted power",

@@ -87,6 +87,8 @@ def test_what_reads_measurements_reads_simulations(folder: Path, capsys: pytest.
     assert main.run(["validate", "sim.xml"]) == 0
     assert main.run(["report", sim, "-o", "sim.html", "--summary", "sim.json"]) == 0
     assert main.run(["reduce", sim, "-o", "again.h5"]) == 0
+    again, first = (read_dataset(Path(path)).distributions for path in ("again.h5", sim))
+    assert [d.integrals for d in again] == [d.integrals for d in first]
     summary = json.loads(Path("sim.json").read_text())
     assert summary["distributions"][0]["integrals"]["rho_estimate"] == pytest.approx(0.6, abs=0.1)
     capsys.readouterr()

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mirror_slats import SLATS
 from numpy.typing import NDArray
 
 from gonio.cli import main
@@ -39,20 +40,6 @@ wavelength_nm = 900.0
 name = "red"
 """
 ONE_BAND = "[sample]\nkind = 'lambertian'\nreflectance = 0.6\n"
-# Flat horizontal slats, above a mirror, below black; no deeper than they are apart.
-SLATS = """
-[sample]
-kind = "blind"
-count = 101
-length_mm = 2000.0
-top = "shiny"
-bottom = "dark"
-[materials.shiny]
-kind = "mirror"
-reflectance = 0.7
-[materials.dark]
-kind = "black"
-"""
 LOUVER = """
 [sample]
 kind = "louver"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mirror_slats import SLATS
 
 from gonio.cli import main
 from gonio.formats.klems import BASES
@@ -24,19 +25,6 @@ print(json.dumps({
     "values": [float(b.query(sd, *q)[1]) for q in job["queries"]],
     "hemi": [[b.direct_hemi(sd, *i, part) for part in parts] for i in job["incident"]],
 }))
-"""
-SLATS = """
-[sample]
-kind = "blind"
-count = 101
-length_mm = 2000.0
-top = "shiny"
-bottom = "dark"
-[materials.shiny]
-kind = "mirror"
-reflectance = 0.7
-[materials.dark]
-kind = "black"
 """
 
 
