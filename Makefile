@@ -64,7 +64,7 @@ test-host: build
 bench: build ## the hot loops beside their peers; tables and build/bench/*.json
 	$(BIN)/python host/benchmarks/bench.py build/bench
 
-bench-sim: build ## the photon map beside Radiance's; a table and build/bench/bench-sim.json
+bench-sim: build ## the photon map beside Radiance's; a table and build/bench/bench_sim.json
 	$(BIN)/python host/benchmarks/bench_sim.py build/bench
 
 figures: build ## accuracy of a whole scan against the twin's truth

@@ -104,8 +104,9 @@ def peaks(dataset: Dataset, known: Known) -> str:
     ]
     head += ["direction off truth [\u00b0]", "sigma \u2212 truth", "integral \u2212 truth"] if with_truth else []
     note = (
-        "Fit of a Gaussian on a plane ground. Sigma still holds what beam and aperture add; of a peak that is no "
-        "Gaussian, like the beam straight through, sigma and integral are those of the fit."
+        "Fit of a Gaussian on a plane ground. Sigma still holds what beam and aperture add; the integral is what "
+        "stands above the ground. Of a peak that is no Gaussian, like the beam straight through, height and sigma are "
+        "those of the fit, and the ground is that of the rim."
     )
     if with_truth:
         note += " The truth is convolved with both and put through the same fit at the same directions and masks."
