@@ -10,7 +10,8 @@ enum gn_line {
     GN_LINE_DOOR = 1,           /* high: closed */
     GN_LINE_EMERGENCY_STOP = 2, /* high: released */
     GN_LINE_STO = 3,            /* high: drives may have torque */
-    GN_LINE_COUNT = 4,
+    GN_LINE_LIMIT = 4,          /* high: no limit switch is reached; also high where no such line is wired */
+    GN_LINE_COUNT = 5,
 };
 
 struct gn_edge {

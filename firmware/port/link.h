@@ -1,11 +1,11 @@
-/* link.h: the seam of the byte streams to the clients: one drives, one may visit (info and stop only). */
+/* link.h: the seam of the byte streams to the clients: one drives, the others may visit (info and stop only). */
 #ifndef GONIO_PORT_LINK_H
 #define GONIO_PORT_LINK_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-#define GN_LINK_CLIENTS 2u
+#define GN_LINK_CLIENTS 3u
 
 struct gn_link_port {
     void *context;

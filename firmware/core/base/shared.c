@@ -5,6 +5,7 @@
 
 void gn_shared_init(struct gn_shared *shared) {
     memset(shared, 0, sizeof *shared);
+    shared->kernel = "";
     gn_ring_init(&shared->commands, shared->command_slots, sizeof(struct gn_command), GN_COMMAND_CAPACITY);
     gn_ring_init(&shared->knots, shared->knot_slots, sizeof(struct gn_knot_item), GN_KNOT_CAPACITY);
     gn_ring_init(&shared->notices, shared->notice_slots, sizeof(struct gn_notice), GN_NOTICE_CAPACITY);

@@ -5,6 +5,7 @@
 #include "edge.h"
 #include "gonio.pb.h"
 #include "gonio_records.h"
+#include "latency.h"
 #include "ring.h"
 
 #define GN_AXES 4u
@@ -40,6 +41,11 @@ struct gn_motion_counters {
     uint32_t tpdo_duplicate;
     uint32_t can_overflow;
     uint32_t can_error_frames;
+    uint32_t can_setpoints_dropped;
+    uint32_t can_bus_offs;
+    uint32_t clock_steps;
+    uint32_t edges_lost;
+    uint32_t cycles_missed;
 };
 
 #define GN_COMMAND_CAPACITY 16u
@@ -56,6 +62,10 @@ struct gn_shared {
     struct gn_ring poses;    /* struct gn_pose */
     struct gn_ring strobes;  /* struct gn_edge, GN_LINE_STROBE only, both edges */
     struct gn_motion_counters counters;
+    struct gn_latency motion_latency; /* written by the port's real-time thread; stays empty in virtual time */
+    struct gn_latency stream_latency; /* by its stream thread */
+    const char *kernel;               /* set before the threads start, for Info; "" in virtual time */
+    bool realtime;
     int64_t host_heard_ns;   /* stream -> motion, atomic: when the driver was last heard; 0: no driver connected */
     uint32_t stop_requested; /* stream -> motion, atomic: counts up at each Stop, from anyone */
     uint32_t clock_locked;   /* stream -> motion, atomic; motion puts it into Status */
