@@ -15,35 +15,39 @@ CMAKE := cmake -G Ninja $(if $(shell command -v ccache),-DCMAKE_C_COMPILER_LAUNC
 FUZZ := PYTHON=$(BIN)/python firmware/fuzz/run.sh build/fuzz/logs
 JOBS := 2
 
-BUILD_PACKAGES := build-essential cmake ninja-build python3 python3-dev python3-venv nanopb libnanopb-dev libtomlplusplus-dev libgtest-dev libembree-dev
+BUILD_PACKAGES := build-essential cmake ninja-build python3 python3-dev python3-venv nanopb libnanopb-dev libtomlplusplus-dev libgtest-dev libembree-dev libusb-1.0-0-dev pkg-config
 CHECK_PACKAGES := clang-$(CLANG) clang-tidy-$(CLANG) clang-format-$(CLANG) clang-tools-$(CLANG) libclang-rt-$(CLANG)-dev
+# The virtual machine: its kernel is built from Debian's source (once, kept in the user's cache), the rest is QEMU and an independent CAN logger.
+HIL_PACKAGES := qemu-system-x86 busybox-static can-utils iproute2 linux-source-6.1 flex bison bc libelf-dev libssl-dev xz-utils kmod cpio
+PYTHON_FOLDERS := host protocol hil-tests
 SCHEMA := protocol/gonio.proto protocol/gonio.options protocol/records.toml protocol/generate.py
 GENERATED := host/gonio/protocol/generated
+include packaging/cross.mk
 C_FILES = $(shell git ls-files -co --exclude-standard 'firmware/*.c' 'firmware/*.h' 'firmware/*.cpp' 'sim/*.cpp' 'sim/*.hpp')
 
-.PHONY: help setup build demo check test test-native test-sanitize test-fuzz test-host bench bench-sim figures coverage soak clean
+.PHONY: help setup build demo check test test-native test-sanitize test-fuzz test-host hil bench bench-sim figures coverage soak clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
 
-setup: $(STAMPS)/apt-build .venv/.installed $(GENERATED)/.stamp ## system packages, virtual environment, generated code
+setup: $(STAMPS)/apt-build .venv/.installed $(GENERATED)/.stamp $(GPIOD)/.unpacked ## system packages, virtual environment, generated code
 
-build: setup build/native/build.ninja ## firmware core and twin
-	@ninja -C build/native --quiet gonio-twin gonio-twin-bench _photons
+build: setup build/native/build.ninja ## goniod and twin
+	@ninja -C build/native --quiet goniod gonio-twin gonio-twin-bench gonio-twin-devices gonio-bench-host _photons
 
 demo: build ## measure a simulated sample from end to end; results in build/demo
 	@docs/examples/demo.sh $(DEMO)
 
 check: build $(STAMPS)/apt-check ## formatting, static analysis, types, layers
 	@clang-format-$(CLANG) --dry-run -Werror $(C_FILES)
-	run-clang-tidy-$(CLANG) -quiet -j $(JOBS) -p build/native '/(firmware/core|firmware/port|sim/devices|sim/optics|sim/python|sim/twin)/' > build/clang-tidy.log 2>&1 \
+	run-clang-tidy-$(CLANG) -quiet -j $(JOBS) -p build/native '/(firmware/core|firmware/port|firmware/app|sim/devices|sim/optics|sim/python|sim/real|sim/twin)/' > build/clang-tidy.log 2>&1 \
 	  || { grep -E 'warning:|error:' build/clang-tidy.log | sort -u; exit 1; }
-	$(BIN)/ruff check --config host/pyproject.toml host protocol
-	$(BIN)/ruff format --check --config host/pyproject.toml host protocol
+	$(BIN)/ruff check --config host/pyproject.toml $(PYTHON_FOLDERS)
+	$(BIN)/ruff format --check --config host/pyproject.toml $(PYTHON_FOLDERS)
 	cd host && ../$(BIN)/mypy gonio
 	cd host && ../$(BIN)/lint-imports --no-cache
 
-test: test-native test-sanitize test-fuzz test-host ## all tests, sanitizer build and short fuzzing included
+test: test-native test-sanitize test-fuzz test-host hil ## all tests: sanitizer build, short fuzzing, ARM builds and the virtual machine included
 
 test-native: build
 	@ninja -C build/native --quiet
@@ -58,8 +62,11 @@ test-fuzz: setup $(STAMPS)/apt-check build/fuzz/build.ninja
 	@$(FUZZ) -seed=1 -runs=30000 -- build/fuzz/firmware/fuzz_*
 	@$(FUZZ) -seed=1 -runs=3000 -- host/fuzz/fuzz_*.py
 
-test-host: build
+test-host: build $(CROSS)/arm64/.built
 	cd host && ../$(BIN)/pytest -n $(JOBS)
+
+hil: build $(STAMPS)/apt-hil ## goniod on real CAN, GPIO and USB interfaces in a virtual machine; its kernel takes ten minutes, once
+	cd hil-tests && ../$(BIN)/pytest
 
 bench: build ## the hot loops beside their peers; tables and build/bench/*.json
 	$(BIN)/python host/benchmarks/bench.py build/bench
@@ -89,6 +96,7 @@ $(STAMPS)/apt-%:
 	@dpkg-query -W -f '$${db:Status-Status}\n' $(PACKAGES) 2>/dev/null | grep -cx installed | grep -qx $(words $(PACKAGES)) || { \
 	  $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(PACKAGES); }
 	@touch $@
+$(STAMPS)/apt-hil: PACKAGES := $(HIL_PACKAGES)
 
 .venv/.installed: requirements.txt host/pyproject.toml | $(STAMPS)/apt-build
 	$(PYTHON) -m venv .venv
@@ -103,11 +111,11 @@ $(GENERATED)/.stamp: $(SCHEMA) .venv/.installed
 	@echo '"""Generated from protocol/ at build time."""' > $(GENERATED)/__init__.py
 	@touch $@
 
-build/native/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build .venv/.installed
+build/native/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build .venv/.installed $(GPIOD)/.unpacked
 	@$(CMAKE) -S . -B build/native > /dev/null
-build/sanitize/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build
+build/sanitize/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build $(GPIOD)/.unpacked
 	@$(CMAKE) -S . -B build/sanitize -DCMAKE_BUILD_TYPE=Debug -DGONIO_SANITIZE=ON > /dev/null
 build/coverage/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build
-	@$(CMAKE) -S . -B build/coverage -DCMAKE_BUILD_TYPE=Debug -DGONIO_EMBREE=OFF -DCMAKE_C_FLAGS=--coverage -DCMAKE_CXX_FLAGS=--coverage > /dev/null
-build/fuzz/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build $(STAMPS)/apt-check
+	@$(CMAKE) -S . -B build/coverage -DCMAKE_BUILD_TYPE=Debug -DGONIO_EMBREE=OFF -DGONIO_LINUX=OFF -DCMAKE_C_FLAGS=--coverage -DCMAKE_CXX_FLAGS=--coverage > /dev/null
+build/fuzz/build.ninja: CMakeLists.txt | $(STAMPS)/apt-build $(STAMPS)/apt-check $(GPIOD)/.unpacked
 	@CC=clang-$(CLANG) CXX=clang++-$(CLANG) $(CMAKE) -S . -B build/fuzz -DGONIO_EMBREE=OFF -DGONIO_SANITIZE=ON -DGONIO_FUZZ=ON > /dev/null

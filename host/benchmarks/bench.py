@@ -10,14 +10,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import google_crc32c
 import numpy as np
 from scipy.spatial import SphericalVoronoi
 
 from gonio.geometry.cells import solid_angles_sr
+from gonio.protocol.frames import encode_frame
 from gonio.protocol.generated import records
 from gonio.rawlog.decode import decode_sample_blocks
 
@@ -87,6 +89,51 @@ def cells() -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
+def sampler() -> list[dict[str, Any]]:
+    """Digitiser packets to sealed link frames on one core, against the same work by struct and google-crc32c."""
+    program = os.environ.get("GONIO_BENCH_SAMPLER", str(ROOT / "build/native/firmware/gonio-bench-sampler"))
+    with tempfile.TemporaryDirectory() as folder:
+        files = {name: Path(folder) / name for name in ("frames", "packets")}
+        arguments = [text for name, path in files.items() for text in (f"--{name}", str(path))]
+        runs = [json.loads(subprocess.run([program, *arguments], check=True, capture_output=True).stdout)
+                for _ in range(5)]  # fmt: skip
+        frames, packets = (memoryview(files[name].read_bytes()) for name in ("frames", "packets"))
+    samples = sum(judge_frames(frames))
+    if samples != runs[0]["samples"]:
+        raise SystemExit(f"gonio-bench-sampler: {samples} of {runs[0]['samples']} samples are in its frames")
+    header, size = records.DIGITISER_PACKET_DTYPE.itemsize, records.SAMPLE_DTYPE.itemsize
+    packet = header + size * int(np.frombuffer(packets, records.DIGITISER_PACKET_DTYPE, 1)["count"][0])
+    block = struct.Struct("<QqdIIIIfIII")
+    carrier = bytearray(b"\1" * len(frames))
+
+    def peer() -> None:
+        end = 0
+        for number, at in enumerate(range(0, len(packets), 4 * packet)):
+            parts = [packets[k + header : k + packet] for k in range(at, at + 4 * packet, packet)]
+            count = sum(map(len, parts)) // size
+            start = block.pack(number * count, number, 1000.0, number, count, 0, 0, 0.0, 1000, 0, 0)
+            frame = encode_frame(records.FRAME_SAMPLES, number + 1, 0, b"".join([start, *parts]))
+            carrier[end : end + len(frame)] = frame
+            end += len(frame)
+
+    ours = statistics.median(run["samples_per_s"] for run in runs) / 1e6
+    return [row("digitiser packets to link frames", "M samples/s", ours, samples / seconds(peer, 5) / 1e6,
+                "Python, struct + google-crc32c", 5, high=True)]  # fmt: skip
+
+
+def judge_frames(frames: memoryview) -> Iterator[int]:
+    """The samples of each frame; every checksum is made again by google-crc32c."""
+    at, size = 0, records.FRAME_HEADER_DTYPE.itemsize
+    while at < len(frames):
+        header = np.frombuffer(frames, records.FRAME_HEADER_DTYPE, 1, at)[0]
+        payload = frames[at + size : at + size + int(header["length"])]
+        if google_crc32c.extend(google_crc32c.value(bytes(frames[at : at + 16])), bytes(payload)) != header["crc32c"]:
+            raise SystemExit(f"gonio-bench-sampler: the frame at byte {at} has a wrong checksum")
+        if header["kind"] == records.FRAME_SAMPLES:
+            yield int(np.frombuffer(payload, records.SAMPLE_BLOCK_DTYPE, 1)["count"][0])
+        at += size + len(payload)
+
+
 def scan() -> list[dict[str, Any]]:
     """100,000 samples in virtual time: firmware and twin alone, then the whole command with Python included."""
     twin = os.environ.get("GONIO_TWIN", str(ROOT / "build/native/sim/gonio-twin"))
@@ -127,7 +174,7 @@ def main() -> None:
     out = Path(sys.argv[1] if len(sys.argv) > 1 else "build/bench")
     out.mkdir(parents=True, exist_ok=True)
     lines = [f"{'':46} {'unit':12} {'ours':>10} {'peer':>10} {'ratio':>8}  peer"]
-    for bench in (decode, cells, scan):
+    for bench in (decode, sampler, cells, scan):
         rows = bench()
         text = json.dumps({"bench": bench.__name__, "machine": machine(), "rows": rows}, indent=1)
         (out / f"{bench.__name__}.json").write_text(text + "\n")

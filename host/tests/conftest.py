@@ -1,13 +1,14 @@
 """conftest.py: what many tests share: fixed property tests, and a fake firmware to talk to."""
 
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 from fake_firmware import Connect, FakeFirmware
 from hypothesis import settings
 
+from gonio.link.tcp import TcpTransport
 from gonio.link.transport import Transport
 
 # The same examples in every run, and none fails for being slow.
@@ -23,11 +24,25 @@ def connect() -> Iterator[Connect]:
     def make(**arguments: Any) -> tuple[FakeFirmware, Transport]:
         fake = FakeFirmware(**arguments)
         connection = socket.create_connection(("127.0.0.1", fake.port))
-        transport = Transport(connection, lock_step=fake.lock_step, name="fake")
+        transport = TcpTransport(connection, "fake", lock_step=fake.lock_step)
         opened.append((fake, transport))
         return fake, transport
 
     yield make
     for fake, transport in opened:
         transport.close()
+        fake.close()
+
+
+@pytest.fixture
+def device() -> Iterator[Callable[..., tuple[FakeFirmware, str]]]:
+    """device(**FakeFirmware arguments) gives a fake in real time and its device name; it is closed after the test."""
+    made: list[FakeFirmware] = []
+
+    def make(**arguments: Any) -> tuple[FakeFirmware, str]:
+        made.append(FakeFirmware(lock_step=False, **arguments))
+        return made[-1], f"tcp://127.0.0.1:{made[-1].port}"
+
+    yield make
+    for fake in made:
         fake.close()

@@ -26,7 +26,7 @@ Axis::Axis(const Axis_config &config, Drive_objects &objects, std::int64_t start
 void Axis::power_up() {
     state_.power_up();
     homing_.reset();
-    homed_ = homing_bit_ = limit_active_ = stopping_ = following_ = false;
+    homed_ = homing_bit_ = limit_active_ = at_switch_ = stopping_ = following_ = false;
     beyond_window_ns_ = 0;
     mode_ = mode::none;
     encoder_before_counts_ = zero_counts_ = encoder_counts();
@@ -141,9 +141,8 @@ std::uint16_t Axis::step() {
     }
     const double start = demand_counts_;
     const double end = next_set_point(start, now_ns);
-    const auto zero = static_cast<double>(zero_counts_);
     encoder_before_counts_ = encoder_counts();
-    servo_.step({brake_.torque(), brake_.closed(), blocked_, start + zero, end + zero});
+    servo_.step(servo_input(start, end));
     demand_velocity_counts_per_s_ = (end - start) / step_s;
     demand_counts_ = end;
     if (homing_.attained() && !homed_) {
@@ -151,6 +150,29 @@ std::uint16_t Axis::step() {
     }
     update_status();
     return code;
+}
+
+// Except for homing, no set-point pulls the axis beyond its negative switch, or further if it is there already.
+Servo_input Axis::servo_input(double start_counts, double end_counts) {
+    const auto zero = static_cast<double>(zero_counts_);
+    double start = start_counts + zero;
+    double end = end_counts + zero;
+    if (!brake_.torque()) {
+        given_counts_ = motor_counts_ = servo_.end_position_counts();
+    }
+    const double floor = std::min(config_.switch_counts, given_counts_);
+    at_switch_ = brake_.torque() && mode_ != mode::homing && end < floor;
+    if (at_switch_) {
+        start = std::max(start, floor);
+        end = floor;
+    }
+    given_counts_ = end;
+    if (config_.inverted && brake_.torque()) {
+        const double step = end - start;
+        start = motor_counts_;
+        end = motor_counts_ -= step;
+    }
+    return {brake_.torque(), brake_.closed(), blocked_, start, end};
 }
 
 double Axis::next_set_point(double start_counts, std::int64_t now_ns) {
@@ -268,7 +290,7 @@ void Axis::latch(std::int64_t time_ns) {
 void Axis::update_status() {
     constexpr unsigned voltage = 0x10, remote = 0x200, reached = 0x400, limit = 0x800, bit12 = 0x1000, bit13 = 0x2000;
     constexpr unsigned switch_input = 1, interlock_input = 8;
-    unsigned word = state_.status_bits() | voltage | remote | (limit_active_ ? limit : 0);
+    unsigned word = state_.status_bits() | voltage | remote | (limit_active_ || at_switch_ ? limit : 0);
     switch (mode_) {
     case mode::cyclic_position:
         word |= following_ && controlled() && state_.follows() ? bit12 : 0;

@@ -20,6 +20,7 @@ struct Axis_config {
     std::int64_t index_counts = 0; // of one index pulse; the others are whole turns away
     std::int64_t counts_per_turn = 400000;
     double switch_counts = 0.0; // the negative limit switch is closed at and below
+    bool inverted = false;      // the motor turns the other way
 };
 
 namespace mode {
@@ -72,6 +73,7 @@ private:
     void change_mode();
     void hold(double position_counts, double velocity_counts_per_s);
     void command_homing(std::uint16_t controlword);
+    [[nodiscard]] Servo_input servo_input(double start_counts, double end_counts);
     double next_set_point(double start_counts, std::int64_t now_ns);
     double stop_step();
     void set_home();
@@ -92,11 +94,14 @@ private:
     std::int64_t mode_ = mode::none;
     double demand_counts_ = 0.0; // at next_step_ns(), in the drive's coordinate
     double demand_velocity_counts_per_s_ = 0.0;
+    double given_counts_ = 0.0; // the servo's last set-point, in the encoder's coordinate
+    double motor_counts_ = 0.0; // the same of a motor that turns the other way
     std::int64_t beyond_window_ns_ = 0;
     bool stopping_ = false;
     bool following_ = false;
     bool homing_bit_ = false;
-    bool limit_active_ = false;
+    bool limit_active_ = false; // of the software limits
+    bool at_switch_ = false;    // the negative switch holds the axis back
     bool homed_ = false;
     bool torque_allowed_ = true;
     bool blocked_ = false;

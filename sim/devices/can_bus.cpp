@@ -13,7 +13,7 @@ int Can_bus::attach(Can_node &node) {
 }
 
 std::int64_t Can_bus::bit_times_ns(std::uint64_t bits) const {
-    return static_cast<std::int64_t>(bits * 1'000'000'000U / bits_per_s_);
+    return bits_per_s_ == no_bit_times ? 0 : static_cast<std::int64_t>(bits * 1'000'000'000U / bits_per_s_);
 }
 
 void Can_bus::send(int node, const gn_can_frame &frame) {
@@ -64,12 +64,28 @@ void Can_bus::finish() {
     if (lost_) {
         return;
     }
-    const int sender = on_wire_.node;
     gn_can_frame frame = on_wire_.frame;
     frame.stamp_ns = scheduler_.now_ns();
+    deliver(on_wire_.node, frame, true);
+}
+
+void Can_bus::hear(int node, const gn_can_frame &frame) {
+    std::int64_t delay_ns = 0;
+    const Frame_fate fate = judge_ ? judge_(frame, scheduler_.now_ns(), delay_ns) : Frame_fate::deliver;
+    ++frames_;
+    if (fate == Frame_fate::delay) {
+        scheduler_.after(delay_ns, [this, node, frame] { deliver(node, frame, false); });
+    } else if (fate == Frame_fate::deliver) {
+        deliver(node, frame, false);
+    }
+}
+
+void Can_bus::deliver(int sender, gn_can_frame frame, bool echo) {
     for (int node = 0; node < static_cast<int>(nodes_.size()); ++node) {
         frame.own_echo = node == sender;
-        nodes_[static_cast<std::size_t>(node)]->on_frame(frame);
+        if (node != sender || echo) {
+            nodes_[static_cast<std::size_t>(node)]->on_frame(frame);
+        }
     }
 }
 

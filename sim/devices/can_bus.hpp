@@ -1,4 +1,5 @@
 // can_bus.hpp: the simulated CAN bus: one frame at a time, lowest identifier first, with the bit times of the bit rate.
+// In front of a real bus, which takes the time itself, frames take none.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +27,16 @@ class Can_bus {
 public:
     using Judge = std::function<Frame_fate(const gn_can_frame &frame, std::int64_t now_ns, std::int64_t &delay_ns)>;
 
+    static constexpr std::uint32_t no_bit_times = 0; // in place of a bit rate
+
     Can_bus(Scheduler &scheduler, std::uint32_t bits_per_s) : scheduler_(scheduler), bits_per_s_(bits_per_s) {}
     // The node's index; it must outlive the bus.
     int attach(Can_node &node);
     // Queue a frame for arbitration. Frames queued at the same instant on a free bus take part in one arbitration.
     void send(int node, const gn_can_frame &frame);
+    // A frame that a real bus carried already, heard by `node` at frame.stamp_ns: the others get it now with that
+    // stamp.
+    void hear(int node, const gn_can_frame &frame);
     void set_judge(Judge judge) { judge_ = std::move(judge); }
     // Frames that went over the wire.
     [[nodiscard]] std::uint64_t frames() const { return frames_; }
@@ -45,6 +51,7 @@ private:
         bool judged;
     };
     void queue(const Pending &pending);
+    void deliver(int sender, gn_can_frame frame, bool echo);
     void arbitrate();
     void finish();
     [[nodiscard]] std::int64_t bit_times_ns(std::uint64_t bits) const;

@@ -11,6 +11,7 @@ namespace {
 constexpr std::uint64_t double_width_every = 64;   // pulses
 constexpr std::int64_t longest_step_ns = 10000000; // conversions are carried out in steps no longer than this
 constexpr std::uint32_t most_samples_per_packet = 255;
+constexpr std::uint8_t overflow_flag = 1; // bit 0 of the packet's flags
 
 } // namespace
 
@@ -35,6 +36,7 @@ bool Digitiser::start(std::uint32_t sample_period_us, std::uint32_t samples_per_
     pulse_ = 0;
     next_sample_ = 0;
     packet_ = config_.first_packet;
+    overflowed_ = false;
     schedule(first_sample_ns_, &Digitiser::rise);
     schedule(sample_time_ns(samples_per_step_ - 1), &Digitiser::convert_due);
     return true;
@@ -121,10 +123,23 @@ void Digitiser::send_packet() {
     std::int64_t const arrival_ns = scheduler_.now_ns() + std::llround(config_.packet_latency_us * 1e3);
     scheduler_.at(arrival_ns, [this, run = run_, packet = std::move(bytes)]() mutable {
         if (running_ && run == run_) {
-            packets_.push_back(std::move(packet));
+            buffer(std::move(packet));
             ready_();
         }
     });
+}
+
+void Digitiser::buffer(std::vector<std::uint8_t> &&packet) {
+    if (packets_.size() >= config_.most_waiting_packets) {
+        overflowed_ = true;
+        ++packets_lost_;
+        return;
+    }
+    if (overflowed_) {
+        overflowed_ = false;
+        packet.at(offsetof(gn_digitiser_packet, flags)) |= overflow_flag;
+    }
+    packets_.push_back(std::move(packet));
 }
 
 } // namespace gonio::sim

@@ -18,7 +18,8 @@ struct Digitiser_config {
     double start_delay_us = 5000.0;   // START to the centre of sample 0
     double packet_latency_us = 800.0; // last conversion to the packet's arrival
     std::uint32_t packet_samples = 50;
-    std::uint16_t first_packet = 0; // counter of the first packet after START
+    std::uint16_t first_packet = 0;         // counter of the first packet after START
+    std::size_t most_waiting_packets = 256; // its own buffer: what comes to a full one is lost
 };
 
 class Digitiser {
@@ -40,6 +41,7 @@ public:
     // The next packet is lost on its way; the counter counts it.
     void lose_packet() { ++packets_to_lose_; }
     [[nodiscard]] std::uint64_t samples() const { return total_samples_; }
+    // By fault, or because the buffer was full.
     [[nodiscard]] std::uint64_t packets_lost() const { return packets_lost_; }
 
 private:
@@ -49,6 +51,7 @@ private:
     void rise();
     void fall();
     void send_packet();
+    void buffer(std::vector<std::uint8_t> &&packet);
 
     Scheduler &scheduler_;
     Digitiser_config config_;
@@ -70,6 +73,7 @@ private:
     std::uint64_t total_samples_ = 0;
     std::uint32_t packets_to_lose_ = 0;
     std::uint64_t packets_lost_ = 0;
+    bool overflowed_ = false; // since the last packet that went into the buffer
 };
 
 } // namespace gonio::sim

@@ -24,6 +24,7 @@ Object_dictionary make_dictionary(const Drive_config &config) {
 
 Axis_config axis_config(const Drive_config &config) {
     Axis_config axis;
+    axis.inverted = config.inverted;
     axis.servo = {config.bandwidth_hz, config.max_acceleration_counts_per_s2, config.friction_counts_per_s2,
                   config.gravity_counts_per_s2};
     axis.brake = {config.brake, std::llround(config.brake_engage_ms * ns_per_ms),
@@ -35,12 +36,16 @@ Axis_config axis_config(const Drive_config &config) {
     return axis;
 }
 
+std::int64_t tick_phase_of(const Drive_config &config) {
+    return config.tick_in_step ? 0 : config.node * tick_phase_ns % Servo::step_ns;
+}
+
 } // namespace
 
 Drive::Parts::Parts(Scheduler &time, Can_bus &bus, Can_node &self, const Drive_config &drive_config)
     : config(drive_config), scheduler(time), bus_(bus), bus_index_(bus.attach(self)),
       dictionary_(make_dictionary(drive_config)), objects_(dictionary_),
-      axis(axis_config(drive_config), objects_, time.now_ns() + drive_config.node * tick_phase_ns % Servo::step_ns),
+      axis(axis_config(drive_config), objects_, time.now_ns() + tick_phase_of(drive_config)),
       sdo_(dictionary_, *this), rpdos_{Rpdo(dictionary_, 0x1400, 0x1600), Rpdo(dictionary_, 0x1401, 0x1601)},
       tpdos_{Tpdo(dictionary_, 0x1800, 0x1A00), Tpdo(dictionary_, 0x1801, 0x1A01)},
       producer_(dictionary_, drive_config.node), consumer_(dictionary_), emergency_(dictionary_),
@@ -154,6 +159,20 @@ void Drive::Parts::set_sto(bool torque_allowed) {
     }
 }
 
+void Drive::Parts::power(bool on) {
+    if (on == powered_ || config.absent) {
+        return;
+    }
+    if (on) {
+        enter_initialising(true);
+    } else {
+        nmt = Nmt_state::initialising; // hears nothing
+        boot_due_ns_ = INT64_MAX;      // and says nothing
+        axis.disable_voltage();
+    }
+    powered_ = on;
+}
+
 void Drive::Parts::raise_emcy(std::uint16_t code) {
     if (!config.absent) {
         emergency(code, 0);
@@ -186,6 +205,9 @@ void Drive::block(bool blocked) {
 }
 void Drive::silence(bool silent) {
     parts_->silent = silent;
+}
+void Drive::power(bool on) {
+    parts_->power(on);
 }
 void Drive::skip_next_sync() {
     parts_->skip_sync = true;

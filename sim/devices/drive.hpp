@@ -20,6 +20,8 @@ struct Drive_config {
     std::uint32_t counts_per_turn = 400000; // 0x608F
     std::uint32_t serial = 1;               // 0x1018:04
     bool absent = false;                    // never answers, never moves
+    bool inverted = false;                  // the motor turns the other way than its encoder counts: wrong wiring
+    bool tick_in_step = false;              // its millisecond begins with the other drives'
 
     double initial_position_counts = 0.0; // where it stands at power-up; 0x6064 reads 0 there
     // The index pulse that homing method 1 finds: the encoder count nearest to this. The negative switch opens
@@ -71,6 +73,7 @@ public:
     void set_sto(bool torque_allowed);
     void block(bool blocked);            // something holds the axis mechanically
     void silence(bool silent);           // the node says nothing more, and goes on otherwise
+    void power(bool on);                 // off: dead to the bus and without torque; on: it starts as after a reset
     void skip_next_sync();               // neither latches nor takes over set-points at the next SYNC
     void raise_emcy(std::uint16_t code); // as if the drive had found a fault of its own: EMCY and fault reaction
 

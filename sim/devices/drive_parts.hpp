@@ -19,6 +19,7 @@ public:
 
     void on_frame(const gn_can_frame &frame);
     void set_sto(bool torque_allowed);
+    void power(bool on);
     void raise_emcy(std::uint16_t code);
     [[nodiscard]] std::uint16_t statusword() const { return static_cast<std::uint16_t>(objects_.statusword.value); }
 
@@ -75,6 +76,7 @@ private:
     Od_entry &sync_overflow_;
     std::uint32_t sync_id_ = 0x80;
     std::int64_t boot_due_ns_ = 0;
+    bool powered_ = true;
     bool communication_lost_ = false;
     bool sync_length_wrong_ = false;
     bool pdo_length_wrong_ = false;

@@ -22,6 +22,10 @@ void Interlocks::set_sto(bool released) {
     apply(sto_released_, released);
 }
 
+void Interlocks::set_limit(bool free) {
+    apply(limit_free_, free);
+}
+
 bool Interlocks::level(std::uint32_t line) const {
     switch (line) {
     case GN_LINE_DOOR:
@@ -30,13 +34,15 @@ bool Interlocks::level(std::uint32_t line) const {
         return stop_released_;
     case GN_LINE_STO:
         return torque_allowed();
+    case GN_LINE_LIMIT:
+        return limit_free_;
     default:
         return false;
     }
 }
 
 void Interlocks::apply(bool &input, bool value) {
-    constexpr std::array lines = {GN_LINE_DOOR, GN_LINE_EMERGENCY_STOP, GN_LINE_STO};
+    constexpr std::array lines = {GN_LINE_DOOR, GN_LINE_EMERGENCY_STOP, GN_LINE_STO, GN_LINE_LIMIT};
     std::array<bool, lines.size()> before{};
     for (std::size_t i = 0; i < lines.size(); ++i) {
         before.at(i) = level(lines.at(i));

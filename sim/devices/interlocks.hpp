@@ -1,4 +1,4 @@
-// interlocks.hpp: door, emergency stop and STO line in hardware, and the shutter that a spring closes.
+// interlocks.hpp: door, emergency stop, STO and limit line in hardware, and the shutter that a spring closes.
 #pragma once
 
 #include <array>
@@ -24,6 +24,8 @@ public:
     void set_emergency_stop(bool released);
     // A fault of the line itself.
     void set_sto(bool released);
+    // The line of the limit switches, which stops nothing by itself; the firmware does.
+    void set_limit(bool free);
     [[nodiscard]] bool level(std::uint32_t line) const;
     [[nodiscard]] bool light_allowed() const { return door_closed_ && stop_released_; }
     [[nodiscard]] bool torque_allowed() const { return door_closed_ && stop_released_ && sto_released_; }
@@ -36,6 +38,7 @@ private:
     bool door_closed_ = true;
     bool stop_released_ = true;
     bool sto_released_ = true;
+    bool limit_free_ = true;
 };
 
 // Open only while commanded, allowed by the interlocks and kept alive by watchdog pulses.

@@ -1,4 +1,5 @@
-// scheduler.hpp: virtual time. Events run in order of time, then of being scheduled, so a run repeats bit for bit.
+// scheduler.hpp: the twin's time. Events run in order of time, then of being scheduled, so that in virtual time a run
+// repeats bit for bit.
 #pragma once
 
 #include <algorithm>
@@ -13,6 +14,9 @@ class Scheduler {
 public:
     // A closure of up to 16 bytes (this and one more word) costs no allocation.
     using Action = std::function<void()>;
+
+    // Virtual time begins at 0; in real time the scheduler's time is CLOCK_MONOTONIC.
+    explicit Scheduler(std::int64_t start_ns = 0) : now_ns_(start_ns) {}
 
     [[nodiscard]] std::int64_t now_ns() const { return now_ns_; }
 
@@ -65,7 +69,7 @@ private:
     std::vector<Event> heap_;
     std::vector<Action> actions_;
     std::vector<std::uint32_t> free_;
-    std::int64_t now_ns_ = 0;
+    std::int64_t now_ns_;
     std::uint64_t next_number_ = 0;
 };
 

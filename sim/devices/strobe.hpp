@@ -14,27 +14,41 @@ namespace gonio::sim {
 class Strobe_line {
 public:
     using Deliver = std::function<void(const gn_edge &edge)>;
+    using Put = std::function<void(bool high)>;
 
-    Strobe_line(Scheduler &scheduler, std::uint64_t seed, double mean_latency_us, Deliver deliver);
+    // deliver: the edge as a kernel would report it, at its stamp. put: the line's level, at once, for a real line.
+    // Either may be empty.
+    Strobe_line(Scheduler &scheduler, std::uint64_t seed, double mean_latency_us, Deliver deliver, Put put);
 
-    // The line changes now.
+    // The digitiser's output changes now.
     void change(bool rising);
-    // The next `pulses` pulses (both edges) are lost; counted: the kernel's edge numbers show the gap.
+    // The next `pulses` pulses (both edges) are lost; counted: the kernel's edge numbers show the gap. A real line does
+    // not show them.
     void lose(std::uint32_t pulses, bool counted);
     // A spurious pulse of 2 us now.
     void disturb();
+    // The line stays high whatever the digitiser does; false: it follows again.
+    void stick(bool stuck);
+    // Each of the next `pulses` pulses comes twice: the second, half as wide, a quarter of its width later.
+    void double_pulses(std::uint32_t pulses) { pulses_to_double_ = pulses; }
     [[nodiscard]] bool level() const { return level_; }
     [[nodiscard]] std::uint64_t edges() const { return edges_; }
     [[nodiscard]] std::uint64_t edges_lost() const { return edges_lost_; }
 
 private:
+    void pass(bool rising);
     void report(bool rising);
 
     Scheduler &scheduler_;
     Random random_;
     double mean_latency_us_;
     Deliver deliver_;
+    Put put_;
+    bool output_ = false; // the digitiser's
     bool level_ = false;
+    bool stuck_ = false;
+    std::int64_t rose_ns_ = 0;
+    std::uint32_t pulses_to_double_ = 0;
     std::uint32_t number_ = 0;
     std::int64_t last_stamp_ns_ = 0;
     std::uint32_t pulses_to_lose_ = 0;

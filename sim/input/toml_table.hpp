@@ -98,6 +98,20 @@ public:
         }
         return values;
     }
+    // A list of `count` times true or false; all false if it is not there.
+    template <std::size_t count> std::array<bool, count> booleans(const std::string &key) {
+        std::array<bool, count> values{};
+        if (auto const *node = find(key); node != nullptr) {
+            auto const *list = node->as_array();
+            if (list == nullptr || list->size() != count) {
+                fail(key, "needs " + std::to_string(count) + " times true or false");
+            }
+            for (std::size_t i = 0; i < count; ++i) {
+                values.at(i) = typed<bool>(*list->get(i), key, "a list of true or false");
+            }
+        }
+        return values;
+    }
     // The table of that name, empty if there is none.
     Toml_table table(const std::string &key) {
         static const toml::table empty;

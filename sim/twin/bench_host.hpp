@@ -1,46 +1,24 @@
-// bench_host.hpp: a host in the twin's own process, keeping the rule of virtual time: sets the instrument up, homes it
-// and flies a path.
+// bench_host.hpp: a host in the twin's own process, keeping the rule of virtual time.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <deque>
-#include <functional>
-#include <string>
 #include <vector>
 
+#include "bench_dialogue.hpp"
 #include "carrier.hpp"
-#include "frame_scanner.hpp"
-#include "gonio.pb.h"
-#include "instrument.hpp"
-#include "scheduler.hpp"
 
 namespace gonio::sim {
 
 class World;
-
-// What came back.
-struct Bench_result {
-    std::uint64_t samples = 0;
-    std::uint64_t poses = 0;
-    std::uint64_t poses_valid = 0; // all four axes
-    std::uint64_t unsettled_blocks = 0;
-    std::uint64_t payload_hash = 0xCBF29CE484222325U; // FNV-1a over the payloads of all SAMPLES and POSES frames
-    std::uint64_t frames = 0;
-    std::int64_t flight_start_ns = 0;
-    std::uint64_t samples_before_flight = 0;
-    std::int64_t end_ns = 0;
-    gonio_Counters counters = gonio_Counters_init_zero;
-    std::string trouble; // empty: all went well
-    bool finished = false;
-};
 
 class Bench_host final : public Carrier {
 public:
     // The flight lasts as long as `samples` samples.
     Bench_host(const Instrument &instrument, std::uint64_t samples);
     // Sees every SAMPLES and POSES frame.
-    std::function<void(const gn_frame_header &header, const std::uint8_t *payload)> on_block;
+    void watch_blocks(std::function<void(const gn_frame_header &header, const std::uint8_t *payload)> watcher) {
+        dialogue_.on_block = std::move(watcher);
+    }
     // To be called once, before the world's clock starts.
     void connect(World &world);
 
@@ -50,42 +28,19 @@ public:
     void frame_sent(std::uint32_t, std::uint32_t, std::int64_t) override {}
     void silence_host() override { connected_ = false; }
 
-    [[nodiscard]] bool finished() const { return result_.finished || !result_.trouble.empty(); }
-    [[nodiscard]] const Bench_result &result() const { return result_; }
+    [[nodiscard]] bool finished() const { return dialogue_.finished(); }
+    [[nodiscard]] const Bench_result &result() const { return dialogue_.result(); }
 
 private:
     void answer();
-    void handle(const gn_frame_header &header, const std::uint8_t *payload);
-    void on_event(const gonio_Event &event);
-    void on_reply(const gonio_Reply &reply);
-    void take_block(const gn_frame_header &header, const std::uint8_t *payload);
-    void on_path(const gonio_PathState &path, std::int64_t time_ns);
-    void plan_setup();
-    void next_step();
-    void send(std::uint32_t kind, const std::uint8_t *payload, std::size_t length);
-    void send_knots(std::uint32_t credit);
-    void fail(const std::string &why);
 
-    Instrument instrument_;
-    std::uint64_t wanted_samples_;
+    Bench_dialogue dialogue_;
     World *world_ = nullptr;
     bool connected_ = true;
     std::vector<std::uint8_t> to_firmware_;
     std::size_t read_from_ = 0;
     std::vector<std::uint8_t> from_firmware_;
     bool answer_pending_ = false;
-    Frame_scanner scanner_;
-    std::uint32_t last_sequence_ = 0;
-    std::uint32_t own_sequence_ = 0;
-    std::uint32_t next_request_ = 1;
-    std::deque<gonio_Request> steps_;
-    std::uint32_t waiting_for_ = 0; // request id, 0: none
-    std::uint32_t path_id_ = 0;     // being flown, 0: none
-    std::vector<gn_knot> knots_;
-    std::size_t knots_sent_ = 0;
-    std::array<double, axis_count> position_counts_{};
-    bool clock_locked_ = false;
-    Bench_result result_;
 };
 
 } // namespace gonio::sim

@@ -17,13 +17,17 @@ Fault_injector::Fault_injector(const std::vector<Fault> &faults, const Fault_tar
     for (const Fault &fault : faults_) {
         judged = judged || fault.kind == Fault_kind::sync_lost || fault.kind == Fault_kind::tpdo_late;
         if (fault.after_path == 0) {
-            targets_.scheduler.at(std::llround(fault.at_s * 1e9), [this, &fault] { happen(fault); });
+            targets_.scheduler.after(std::llround(fault.at_s * 1e9), [this, &fault] { happen(fault); });
         }
     }
     if (judged) {
-        targets_.bus.set_judge(
-            [this](const gn_can_frame &frame, std::int64_t, std::int64_t &delay_ns) { return judge(frame, delay_ns); });
+        watch_bus();
     }
+}
+
+void Fault_injector::watch_bus() {
+    targets_.bus.set_judge(
+        [this](const gn_can_frame &frame, std::int64_t, std::int64_t &delay_ns) { return judge(frame, delay_ns); });
 }
 
 void Fault_injector::path_began() {
@@ -35,8 +39,28 @@ void Fault_injector::path_began() {
     }
 }
 
+void Fault_injector::inject(const Fault &fault) {
+    watch_bus();
+    targets_.scheduler.after(std::llround(fault.at_s * 1e9), [this, fault] { happen(fault); });
+}
+
+void Fault_injector::clear() {
+    for (auto &drive : targets_.drives) {
+        drive->silence(false);
+        drive->block(false);
+        drive->power(true);
+    }
+    targets_.interlocks.set_sto(true);
+    targets_.interlocks.set_door(true);
+    targets_.interlocks.set_emergency_stop(true);
+    targets_.interlocks.set_limit(true);
+    targets_.strobe.stick(false);
+    targets_.strobe.double_pulses(0);
+    syncs_to_lose_ = 0;
+    tpdos_to_delay_.clear();
+}
+
 void Fault_injector::happen(const Fault &fault) {
-    Drive &drive = *targets_.drives.at(fault.axis);
     switch (fault.kind) {
     case Fault_kind::strobe_lost:
         targets_.strobe.lose(fault.count, fault.counted);
@@ -46,15 +70,16 @@ void Fault_injector::happen(const Fault &fault) {
         targets_.strobe.disturb();
         ++injected_["strobe_extra"];
         break;
+    case Fault_kind::strobe_stuck:
+        targets_.strobe.stick(true);
+        ++injected_["strobe_stuck"];
+        break;
+    case Fault_kind::strobe_doubled:
+        targets_.strobe.double_pulses(fault.count);
+        injected_["strobe_doubled"] += fault.count;
+        break;
     case Fault_kind::sync_lost:
         syncs_to_lose_ += fault.count;
-        break;
-    case Fault_kind::tpdo_late:
-        tpdos_to_delay_[first_tpdo_id + drive.config().node] = {fault.count, std::llround(fault.delay_us * 1e3)};
-        break;
-    case Fault_kind::drive_misses_sync:
-        drive.skip_next_sync();
-        ++injected_["drive_misses_sync"];
         break;
     case Fault_kind::packet_lost:
         for (std::uint32_t i = 0; i < fault.count; ++i) {
@@ -65,11 +90,50 @@ void Fault_injector::happen(const Fault &fault) {
     case Fault_kind::packet_counter_start: // in the digitiser's configuration
         ++injected_["packet_counter_start"];
         break;
+    case Fault_kind::sto_open:
+        targets_.interlocks.set_sto(false);
+        ++injected_["sto_open"];
+        break;
+    case Fault_kind::door_open:
+        targets_.interlocks.set_door(false);
+        ++injected_["door_open"];
+        break;
+    case Fault_kind::limit:
+        targets_.interlocks.set_limit(false);
+        ++injected_["limit"];
+        break;
+    case Fault_kind::emergency_stop:
+        targets_.interlocks.set_emergency_stop(false);
+        ++injected_["emergency_stop"];
+        break;
+    case Fault_kind::host_silent:
+        if (targets_.silence_host) {
+            targets_.silence_host();
+            ++injected_["host_silent"];
+        }
+        break;
+    default:
+        happen_to_drive(fault);
+        break;
+    }
+}
+
+void Fault_injector::happen_to_drive(const Fault &fault) {
+    Drive &drive = *targets_.drives.at(fault.axis);
+    switch (fault.kind) {
+    case Fault_kind::tpdo_late:
+        tpdos_to_delay_[first_tpdo_id + drive.config().node] = {fault.count, std::llround(fault.delay_us * 1e3)};
+        break;
+    case Fault_kind::drive_misses_sync:
+        drive.skip_next_sync();
+        ++injected_["drive_misses_sync"];
+        break;
     case Fault_kind::node_silent:
         drive.silence(true);
         ++injected_["node_silent"];
         break;
-    case Fault_kind::node_missing: // in the drive's configuration
+    case Fault_kind::node_missing:
+        drive.power(false);
         ++injected_["node_missing"];
         break;
     case Fault_kind::emcy:
@@ -80,21 +144,7 @@ void Fault_injector::happen(const Fault &fault) {
         drive.block(true);
         ++injected_["blocked"];
         break;
-    case Fault_kind::sto_open:
-        targets_.interlocks.set_sto(false);
-        ++injected_["sto_open"];
-        break;
-    case Fault_kind::door_open:
-        targets_.interlocks.set_door(false);
-        ++injected_["door_open"];
-        break;
-    case Fault_kind::emergency_stop:
-        targets_.interlocks.set_emergency_stop(false);
-        ++injected_["emergency_stop"];
-        break;
-    case Fault_kind::host_silent:
-        targets_.silence_host();
-        ++injected_["host_silent"];
+    default:
         break;
     }
 }

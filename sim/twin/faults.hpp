@@ -1,4 +1,4 @@
-// faults.hpp: carries out the faults that a scenario asks for, each at its time, and counts them.
+// faults.hpp: carries out the faults that a scenario or somebody at the running twin asks for, and counts them.
 #pragma once
 
 #include <array>
@@ -26,13 +26,18 @@ struct Fault_targets {
     Strobe_line &strobe;
     Digitiser &digitiser;
     Interlocks &interlocks;
-    std::function<void()> silence_host;
+    std::function<void()> silence_host; // none: there is no host to silence
 };
 
 class Fault_injector {
 public:
     // Faults timed from power-up are scheduled at once.
     Fault_injector(const std::vector<Fault> &faults, const Fault_targets &targets);
+    // Happens at_s from now.
+    void inject(const Fault &fault);
+    // Undoes what can be undone: silent and missing nodes, blocked axes, open lines, a strobe that is stuck or doubled,
+    // losses that are still to come.
+    void clear();
     // The next path began to move.
     void path_began();
     // Name and how often it happened, e.g. {"sync_lost", 1}.
@@ -40,6 +45,8 @@ public:
 
 private:
     void happen(const Fault &fault);
+    void happen_to_drive(const Fault &fault);
+    void watch_bus();
     Frame_fate judge(const gn_can_frame &frame, std::int64_t &delay_ns);
 
     std::vector<Fault> faults_;

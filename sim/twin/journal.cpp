@@ -33,10 +33,10 @@ double seconds(std::int64_t ns) {
     return 1e-9 * static_cast<double>(ns);
 }
 
-std::string drives_json(const World &world) {
+std::string drives_json(const Apparatus &apparatus) {
     std::string text = "[";
     for (std::size_t i = 0; i < axis_count; ++i) {
-        const Drive &drive = world.drive(i);
+        const Drive &drive = apparatus.drive(i);
         text += i == 0 ? "\n" : ",\n";
         text += "    {\"node\": " + std::to_string(drive.config().node) +
                 ", \"statusword\": " + std::to_string(drive.statusword()) +
@@ -80,37 +80,64 @@ std::string json_text(const std::string &text) {
     return quoted + '"';
 }
 
-void write_journal(const std::filesystem::path &path, World &world, const std::string &end_reason, double wall_s) {
-    std::filesystem::path const beside = path.string() + ".part";
-    std::ofstream out(beside);
-    std::int64_t const now_ns = world.scheduler().now_ns();
+std::string apparatus_members(const Apparatus &apparatus) {
+    std::int64_t const now_ns = apparatus.scheduler().now_ns();
     std::string faults = "{";
-    for (const auto &[name, count] : world.faults().injected()) {
+    for (const auto &[name, count] : apparatus.faults().injected()) {
         faults += (faults.size() > 1 ? ", " : "") + json_text(name) + ": " + std::to_string(count);
     }
-    out << "{\n  \"scenario\": " << json_text(world.scenario().path.string())
-        << ",\n  \"end_reason\": " << json_text(end_reason) << ",\n  \"virtual_s\": " << number(seconds(now_ns))
-        << ",\n  \"wall_s\": " << number(wall_s) << ",\n  \"last_told_state\": " << world.last_status().state
-        << ",\n  \"last_fault\": " << json_text(world.last_fault())
-        << ",\n  \"position_deg\": " << list(world.position_deg(now_ns), number)
-        << ",\n  \"speed_deg_per_s\": " << list(world.speed_deg_per_s(), number)
-        << ",\n  \"at_rest\": " << yes_no(world.at_rest()) << ",\n  \"shutter_open\": " << yes_no(!world.dark())
-        << ",\n  \"watchdog_trips\": " << world.shutter().watchdog_trips()
-        << ",\n  \"torque_allowed\": " << yes_no(world.interlocks().torque_allowed())
-        << ",\n  \"host_lost\": " << standstill_json(world.standstill()) << ",\n  \"paths\": " << world.paths()
-        << ",\n  \"samples\": " << world.digitiser().samples()
-        << ",\n  \"optics\": " << json_text(world.optics().account())
-        << ",\n  \"packets_lost\": " << world.digitiser().packets_lost()
-        << ",\n  \"strobe_edges\": " << world.strobe().edges()
-        << ",\n  \"strobe_edges_lost\": " << world.strobe().edges_lost()
-        << ",\n  \"can_frames\": " << world.bus().frames() << ",\n  \"can_load\": "
-        << number(static_cast<double>(world.bus().busy_bits()) / (seconds(now_ns) * 1e6 + 1e-9))
-        << ",\n  \"faults\": " << faults << "},\n  \"drives\": " << drives_json(world)
-        << ",\n  \"log\": " << list(world.log_lines(), json_text) << "\n}\n";
+    double const bit_times = seconds(apparatus.running_ns()) * 1e6 + 1e-9;
+    std::ostringstream out;
+    out << "  \"position_deg\": " << list(apparatus.position_deg(now_ns), number)
+        << ",\n  \"speed_deg_per_s\": " << list(apparatus.speed_deg_per_s(), number)
+        << ",\n  \"at_rest\": " << yes_no(apparatus.at_rest()) << ",\n  \"shutter_open\": " << yes_no(!apparatus.dark())
+        << ",\n  \"watchdog_trips\": " << apparatus.shutter().watchdog_trips()
+        << ",\n  \"torque_allowed\": " << yes_no(apparatus.interlocks().torque_allowed())
+        << ",\n  \"samples\": " << apparatus.digitiser().samples()
+        << ",\n  \"optics\": " << json_text(apparatus.optics().account())
+        << ",\n  \"packets_lost\": " << apparatus.digitiser().packets_lost()
+        << ",\n  \"strobe_edges\": " << apparatus.strobe().edges()
+        << ",\n  \"strobe_edges_lost\": " << apparatus.strobe().edges_lost()
+        << ",\n  \"can_frames\": " << apparatus.bus().frames()
+        << ",\n  \"can_load\": " << number(static_cast<double>(apparatus.bus().busy_bits()) / bit_times)
+        << ",\n  \"faults\": " << faults << "},\n  \"drives\": " << drives_json(apparatus);
+    return out.str();
+}
+
+namespace {
+
+void write_whole(const std::filesystem::path &path, const std::string &text) {
+    std::filesystem::path const beside = path.string() + ".part";
+    std::ofstream out(beside);
+    out << text;
     out.close();
     if (!out || std::rename(beside.c_str(), path.c_str()) != 0) {
         throw Input_error(path.string() + ": the journal cannot be written; name a place that can be");
     }
+}
+
+std::string head(const Apparatus &apparatus, const std::string &end_reason) {
+    return "{\n  \"scenario\": " + json_text(apparatus.scenario().path.string()) +
+           ",\n  \"end_reason\": " + json_text(end_reason);
+}
+
+} // namespace
+
+void write_journal(const std::filesystem::path &path, const World &world, const std::string &end_reason,
+                   double wall_s) {
+    const Apparatus &apparatus = world.apparatus();
+    std::ostringstream out;
+    out << head(apparatus, end_reason) << ",\n  \"virtual_s\": " << number(seconds(apparatus.running_ns()))
+        << ",\n  \"wall_s\": " << number(wall_s) << ",\n  \"last_told_state\": " << world.last_status().state
+        << ",\n  \"last_fault\": " << json_text(world.last_fault())
+        << ",\n  \"host_lost\": " << standstill_json(world.standstill()) << ",\n  \"paths\": " << world.paths() << ",\n"
+        << apparatus_members(apparatus) << ",\n  \"log\": " << list(world.log_lines(), json_text) << "\n}\n";
+    write_whole(path, out.str());
+}
+
+void write_journal(const std::filesystem::path &path, const Apparatus &apparatus, const std::string &end_reason) {
+    write_whole(path, head(apparatus, end_reason) + ",\n  \"wall_s\": " + number(seconds(apparatus.running_ns())) +
+                          ",\n" + apparatus_members(apparatus) + "\n}\n");
 }
 
 } // namespace gonio::sim

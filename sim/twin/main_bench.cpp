@@ -3,12 +3,11 @@
 #include <chrono>
 #include <cstdlib>
 #include <ctime>
-#include <iomanip>
 #include <iostream>
 #include <string>
 
 #include "bench_host.hpp"
-#include "journal.hpp"
+#include "bench_report.hpp"
 #include "world.hpp"
 
 namespace {
@@ -39,16 +38,11 @@ int run(const std::filesystem::path &scenario_path, std::uint64_t samples) {
     }
     auto const end = std::chrono::steady_clock::now();
     const Bench_result &result = host.result();
-    std::cout << "{\"samples\": " << result.samples - result.samples_before_flight
-              << ", \"wall_s\": " << std::chrono::duration<double>(end - wall).count()
+    std::cout << "{" << flight_members(result) << ", \"wall_s\": " << std::chrono::duration<double>(end - wall).count()
               << ", \"cpu_s\": " << cpu_s() - cpu
-              << ", \"virtual_s\": " << 1e-9 * static_cast<double>(result.end_ns - result.flight_start_ns)
               << ", \"whole_wall_s\": " << std::chrono::duration<double>(end - wall_start).count()
               << ", \"whole_virtual_s\": " << 1e-9 * static_cast<double>(world.scheduler().now_ns())
-              << ", \"poses\": " << result.poses << ", \"poses_valid\": " << result.poses_valid
-              << ", \"can_frames\": " << world.bus().frames() << ", \"link_frames\": " << result.frames
-              << ", \"payload_hash\": \"" << std::hex << std::setw(16) << std::setfill('0') << result.payload_hash
-              << "\", \"trouble\": " << json_text(result.trouble) << "}" << std::endl;
+              << ", \"can_frames\": " << world.apparatus().bus().frames() << "}" << std::endl;
     return result.finished && result.trouble.empty() ? 0 : 3;
 }
 

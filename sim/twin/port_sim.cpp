@@ -166,7 +166,7 @@ void Port_sim::fill_can_edge() {
         frames.pop_front();
         return 1;
     };
-    port_->can.status = [](void *, gn_can_status *status) { *status = {GN_CAN_ERROR_ACTIVE, 0, 0}; };
+    port_->can.status = [](void *, gn_can_status *status) { *status = {}; };
     port_->edge.context = this;
     port_->edge.receive = [](void *context, gn_edge *edge) {
         auto &edges = self(context).edges_;

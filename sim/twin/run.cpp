@@ -89,14 +89,14 @@ std::string run_virtual(World &world, Lockstep_link &link, double patience_s, co
 
 std::string run_paced(World &world, Lockstep_link &link, const std::atomic<bool> &ended) {
     std::int64_t start_ns = wall_ns() - world.scheduler().now_ns();
-    std::int64_t held_ns = world.optics().held_ns();
+    std::int64_t held_ns = world.apparatus().optics().held_ns();
     bool had_driver = false;
     while (!ended) {
         std::int64_t const target_ns = wall_ns() - start_ns;
         while (world.scheduler().run_one(target_ns)) {
         }
         // The clock stood while light was traced: made up for, the firmware would take it for a host that is silent.
-        std::int64_t const held_before_ns = std::exchange(held_ns, world.optics().held_ns());
+        std::int64_t const held_before_ns = std::exchange(held_ns, world.apparatus().optics().held_ns());
         start_ns += held_ns - held_before_ns;
         std::int64_t const until_next_ns = world.scheduler().next_ns() - (wall_ns() - start_ns);
         if (link.exchange(target_ns, std::clamp(until_next_ns, pace_step_ns, wait_step_ns))) {

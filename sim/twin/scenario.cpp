@@ -15,6 +15,8 @@ constexpr double deg = std::numbers::pi / 180.0;
 const std::map<std::string, Fault_kind> fault_kinds = {
     {"strobe_lost", Fault_kind::strobe_lost},
     {"strobe_extra", Fault_kind::strobe_extra},
+    {"strobe_stuck", Fault_kind::strobe_stuck},
+    {"strobe_doubled", Fault_kind::strobe_doubled},
     {"sync_lost", Fault_kind::sync_lost},
     {"tpdo_late", Fault_kind::tpdo_late},
     {"drive_misses_sync", Fault_kind::drive_misses_sync},
@@ -26,6 +28,7 @@ const std::map<std::string, Fault_kind> fault_kinds = {
     {"blocked", Fault_kind::blocked},
     {"sto_open", Fault_kind::sto_open},
     {"door_open", Fault_kind::door_open},
+    {"limit", Fault_kind::limit},
     {"emergency_stop", Fault_kind::emergency_stop},
     {"host_silent", Fault_kind::host_silent},
 };
@@ -154,10 +157,20 @@ void read_drives(Toml_table table, Drives &drives) {
     }
     drives.latch_delay_us = table.numbers<axis_count>("latch_delay_us", 0.0);
     drives.initial_deg = table.numbers<axis_count>("initial_deg", 0.0);
+    drives.inverted = table.booleans<axis_count>("inverted");
     table.finish();
 }
 
-Fault read_fault(Toml_table table) {
+void read_digitiser(Toml_table table, Scenario &scenario) {
+    std::string const pattern = table.text("pattern", "light");
+    if (pattern != "light" && pattern != "counter") {
+        table.fail("pattern", "must be light or counter");
+    }
+    scenario.counter_pattern = pattern == "counter";
+    table.finish();
+}
+
+Fault fault_of(Toml_table table) {
     auto const kind = fault_kinds.find(table.text("kind"));
     if (kind == fault_kinds.end()) {
         std::string known;
@@ -187,6 +200,10 @@ Fault read_fault(Toml_table table) {
 
 } // namespace
 
+Fault read_fault(const toml::table &table, const std::string &where) {
+    return fault_of(Toml_table(table, where));
+}
+
 Scenario load_scenario(const std::filesystem::path &path, const std::filesystem::path &source_directory) {
     toml::table const root = parse_toml_file(path);
     Toml_table table(root, path.string());
@@ -206,9 +223,10 @@ Scenario load_scenario(const std::filesystem::path &path, const std::filesystem:
     read_beam(table.table("beam"), scenario);
     read_detector(table.table("detector"), scenario);
     read_timing(table.table("timing"), scenario);
+    read_digitiser(table.table("digitiser"), scenario);
     read_drives(table.table("drives"), scenario.drives);
     for (Toml_table &fault : table.tables("fault")) {
-        scenario.faults.push_back(read_fault(std::move(fault)));
+        scenario.faults.push_back(fault_of(std::move(fault)));
     }
     table.finish();
     return scenario;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <toml++/toml.h>
+
 #include "closed_form.hpp"
 #include "detector.hpp"
 #include "digitiser.hpp"
@@ -17,6 +19,8 @@ namespace gonio::sim {
 enum class Fault_kind {
     strobe_lost,          // count, counted
     strobe_extra,         // a spurious pulse
+    strobe_stuck,         // the line stays high
+    strobe_doubled,       // count: pulses that come twice
     sync_lost,            // count
     tpdo_late,            // axis, delay_us, count
     drive_misses_sync,    // axis
@@ -28,6 +32,7 @@ enum class Fault_kind {
     blocked,              // axis
     sto_open,
     door_open,
+    limit, // the line of the limit switches drops
     emergency_stop,
     host_silent,
 };
@@ -53,6 +58,7 @@ struct Drives {
     std::array<std::string, axis_count> personality;
     std::array<double, axis_count> latch_delay_us;
     std::array<double, axis_count> initial_deg;
+    std::array<bool, axis_count> inverted; // the motor turns the other way: wrong wiring
 };
 
 // How the running twin reads a sample that is traced ([sample] kind); what is traced is the photon map's to read.
@@ -79,9 +85,13 @@ struct Scenario {
     double low_delay_us;
     Timing timing;
     Digitiser_config digitiser;
+    bool counter_pattern; // in place of light: the sample's number (mod 2^23) in its high channel
     Drives drives;
     std::vector<Fault> faults;
 };
+
+// A [[fault]] table; `where` names it in errors.
+Fault read_fault(const toml::table &table, const std::string &where);
 
 // Unknown keys and impossible values throw Input_error; of a photon map's scenario the keys of [sample], [beam] and the
 // tables that only it has are left to its own reader. The instrument file is the one that the scenario names

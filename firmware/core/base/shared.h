@@ -66,10 +66,11 @@ struct gn_shared {
     struct gn_latency stream_latency; /* by its stream thread */
     const char *kernel;               /* set before the threads start, for Info; "" in virtual time */
     bool realtime;
-    int64_t host_heard_ns;   /* stream -> motion, atomic: when the driver was last heard; 0: no driver connected */
-    uint32_t stop_requested; /* stream -> motion, atomic: counts up at each Stop, from anyone */
-    uint32_t clock_locked;   /* stream -> motion, atomic; motion puts it into Status */
-    uint32_t acquiring;      /* stream -> motion, atomic; for Status */
+    float sync_stamp_sigma_us; /* motion -> stream, atomic: of the CAN interface, for the pose blocks */
+    int64_t host_heard_ns;     /* stream -> motion, atomic: when the driver was last heard; 0: no driver connected */
+    uint32_t stop_requested;   /* stream -> motion, atomic: counts up at each Stop, from anyone */
+    uint32_t clock_locked;     /* stream -> motion, atomic; motion puts it into Status */
+    uint32_t acquiring;        /* stream -> motion, atomic; for Status */
 
     struct gn_command command_slots[GN_COMMAND_CAPACITY];
     struct gn_knot_item knot_slots[GN_KNOT_CAPACITY];

@@ -21,6 +21,8 @@ struct gn_boot {
     int64_t deadline_ns;
     bool start_allowed; /* every node is configured and SYNC runs */
     bool operational;
+    uint32_t gear[2];        /* 0x6091: motor and shaft revolutions */
+    uint32_t feed[2];        /* 0x6092: feed and shaft revolutions; feed 0: not there */
     bool period_read_only;   /* 0x60C2 */
     uint32_t period_units;   /* 0x60C2:01 where it is read only */
     uint32_t map_count;      /* entries of a fixed PDO map */
@@ -54,10 +56,11 @@ struct gn_axis {
     struct gn_drive drive;
     struct gn_boot boot;
     struct gn_homing homing;
-    bool enabled;  /* operation enabled is expected of the drive */
-    bool failed;   /* since the last ClearFault */
-    bool homed;    /* position known */
-    bool measured; /* measured_counts holds a position of this boot */
+    double unguarded_counts_per_s; /* fastest without an RPDO deadline; 0: it has one */
+    bool enabled;                  /* operation enabled is expected of the drive */
+    bool failed;                   /* since the last ClearFault */
+    bool homed;                    /* position known */
+    bool measured;                 /* measured_counts holds a position of this boot */
     int32_t measured_counts;
     int32_t target_counts; /* of the last RPDO */
 };

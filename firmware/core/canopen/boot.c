@@ -1,12 +1,15 @@
 /* boot.c: runs the boot steps of one drive, one SDO transfer at a time. */
 #include "boot.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "boot_judge.h"
 #include "boot_map.h"
 #include "boot_steps.h"
+#include "boot_units.h"
+#include "unguarded.h"
 
 enum phase {
     PHASE_ENTER = 0,
@@ -18,16 +21,21 @@ enum phase {
 
 enum outcome { STEP_ON, STEP_WAIT, STEP_FAIL };
 
-/* Add "no 0x6007" and the like to the node's notes, each once. */
+/* To the node's notes, each once. */
+static void add_note(struct gn_axis *axis, const char *text) {
+    size_t const used = strlen(axis->info.notes);
+    if (strstr(axis->info.notes, text) == NULL) {
+        (void)snprintf(axis->info.notes + used, sizeof axis->info.notes - used, "%s%s", used == 0u ? "" : ", ", text);
+    }
+}
+
+/* "no 0x6007" and the like. */
 static void note(struct gn_axis *axis, const char *what, uint16_t index, uint8_t subindex) {
     char name[16];
     char text[32];
     gn_object_name(index, subindex, name, sizeof name);
     (void)snprintf(text, sizeof text, what, name);
-    size_t const used = strlen(axis->info.notes);
-    if (strstr(axis->info.notes, text) == NULL) {
-        (void)snprintf(axis->info.notes + used, sizeof axis->info.notes - used, "%s%s", used == 0u ? "" : ", ", text);
-    }
+    add_note(axis, text);
 }
 
 static void read_next(struct gn_axis *axis, const struct gn_bus *bus, uint16_t index, uint8_t subindex,
@@ -61,6 +69,7 @@ static enum outcome enter(struct gn_axis *axis, const struct gn_bus *bus, const 
     case GN_BOOT_DEVICE_TYPE:
     case GN_BOOT_IDENTITY:
     case GN_BOOT_CHECK:
+    case GN_BOOT_UNITS:
         read_next(axis, bus, step->index, step->subindex, PHASE_READ);
         return STEP_WAIT;
     case GN_BOOT_WRITE:
@@ -113,6 +122,16 @@ static enum outcome wait(struct gn_axis *axis, const struct gn_bus *bus, const s
     return STEP_WAIT;
 }
 
+/* No RPDO deadline: the axis may go only as fast as another guard can stop it. */
+static void slow_down(struct gn_axis *axis, const struct gn_bus *bus) {
+    double const speed_deg_per_s = gn_unguarded_speed_deg_per_s(&axis->config, bus->cycle);
+    char limit[32];
+    (void)snprintf(limit, sizeof limit, "at most %.3g deg/s", speed_deg_per_s);
+    note(axis, "no %s", 0x1400, 5);
+    add_note(axis, limit);
+    axis->unguarded_counts_per_s = speed_deg_per_s * fabs(axis->config.counts_per_deg);
+}
+
 /* A transfer was aborted: the fallback decides. */
 static enum outcome on_abort(struct gn_axis *axis, const struct gn_bus *bus, const struct gn_boot_step *step,
                              struct gn_trouble *trouble) {
@@ -126,6 +145,10 @@ static enum outcome on_abort(struct gn_axis *axis, const struct gn_bus *bus, con
     }
     if (absent && (fallback == GN_NOTE_ABSENT || fallback == GN_PERIOD || fallback == GN_BRAKE_ONLY)) {
         note(axis, "no %s", step->index, no_object ? 0u : step->subindex);
+        return STEP_ON;
+    }
+    if (absent && fallback == GN_DEADLINE) {
+        slow_down(axis, bus);
         return STEP_ON;
     }
     if (read_only && fallback == GN_SKIP_READ_ONLY) {
@@ -197,6 +220,9 @@ static enum outcome run(struct gn_axis *axis, const struct gn_bus *bus, const st
     if (axis->boot.phase == PHASE_FIXED_MAP) {
         return on_map(axis, bus, step, trouble);
     }
+    if (axis->boot.phase == PHASE_READ && step->action == GN_BOOT_UNITS) {
+        return gn_boot_units(axis, step, trouble) ? STEP_ON : STEP_FAIL;
+    }
     if (axis->boot.phase == PHASE_READ) {
         return gn_boot_judge(axis, bus, step, trouble) ? STEP_ON : STEP_FAIL;
     }
@@ -205,7 +231,7 @@ static enum outcome run(struct gn_axis *axis, const struct gn_bus *bus, const st
 }
 
 void gn_boot_begin(struct gn_axis *axis) {
-    axis->boot = (struct gn_boot){0};
+    axis->boot = (struct gn_boot){.gear = {1, 1}, .feed = {0, 1}};
     axis->info = (gonio_NodeInfo){.node = axis->config.node};
     axis->drive = (struct gn_drive){.mode = GN_MODE_CSP};
     axis->homing = (struct gn_homing){0};
@@ -213,6 +239,7 @@ void gn_boot_begin(struct gn_axis *axis) {
     axis->failed = false;
     axis->homed = false;
     axis->measured = false;
+    axis->unguarded_counts_per_s = 0.0;
     gn_own_maps(&axis->rpdo, &axis->tpdo);
     gn_sdo_reset(&axis->sdo);
 }

@@ -12,6 +12,7 @@ enum gn_boot_action {
     GN_BOOT_DEVICE_TYPE, /* read into NodeInfo; must be a CiA 402 drive */
     GN_BOOT_IDENTITY,    /* read into NodeInfo */
     GN_BOOT_CHECK,       /* read and compare */
+    GN_BOOT_UNITS,       /* read; the last of them is judged with those before it */
     GN_BOOT_WRITE,       /* write and read back */
     GN_BOOT_MONITOR,     /* from here on heartbeats are due */
     GN_BOOT_WAIT_FOR_OTHERS,
@@ -27,6 +28,7 @@ enum gn_boot_fallback {
     GN_SKIP_READ_ONLY,  /* a later step reads the value */
     GN_EQUAL_READ_ONLY, /* must hold the value already */
     GN_PERIOD,          /* 0x60C2: absent = note; read only = must be the SYNC period */
+    GN_DEADLINE,        /* 0x1400:05: absent = slow, with a note */
     GN_FIXED_MAP,       /* read the map and use it */
     GN_BRAKE_ONLY,      /* axes with a brake; absent = note */
 };

@@ -137,6 +137,26 @@ static bool is_count(double value) {
     return isfinite(value) && fabs(value) <= COUNTS_LIMIT;
 }
 
+/* CiA 402: methods 1 and 17 search the limit switch at the negative end, 2 and 18 the one at the positive end. The
+ * switch's position must then lie at that end of the travel; with the wrong sign of counts_per_deg it lies at the
+ * other. In the middle half of the travel the switch is at neither. Methods with a switch within the travel, or none,
+ * say nothing about it. */
+static const char *sign_problem(const gonio_AxisConfig *a, char *text, uint32_t size) {
+    bool const negative = a->homing_method == 1 || a->homing_method == 17;
+    bool const positive = a->homing_method == 2 || a->homing_method == 18;
+    double const quarter = 0.25 * (a->max_counts - a->min_counts);
+    double const beyond_middle = a->home_offset_counts - 0.5 * (a->min_counts + a->max_counts);
+    if (!(negative && beyond_middle > quarter) && !(positive && beyond_middle < -quarter)) {
+        return NULL;
+    }
+    (void)snprintf(
+        text, size,
+        "homing method %ld goes to the %s end in counts, the switch (%ld) is at the other: check the sign of "
+        "counts_per_deg, the method and switch_deg",
+        (long)a->homing_method, negative ? "negative" : "positive", (long)a->home_offset_counts);
+    return text;
+}
+
 static const char *axis_problem(const struct gn_motion *motion, const gonio_AxisConfig *a, char *text, uint32_t size) {
     const struct range ranges[] = {
         {"axis", a->axis, 0, GN_AXES - 1u},
@@ -167,12 +187,12 @@ static const char *axis_problem(const struct gn_motion *motion, const gonio_Axis
             return text;
         }
     }
-    return NULL;
+    return sign_problem(a, text, size);
 }
 
 void gn_configure_axis_request(struct gn_motion *motion, uint32_t request_id, const gonio_AxisConfig *config) {
-    char problem_text[120];
-    char text[160];
+    char problem_text[200];
+    char text[240];
     const char *problem = axis_problem(motion, config, problem_text, sizeof problem_text);
     if (problem != NULL) {
         (void)snprintf(text, sizeof text, "axis %u (%.23s): %s", (unsigned)config->axis, config->name, problem);
@@ -192,13 +212,6 @@ void gn_configure_axis_request(struct gn_motion *motion, uint32_t request_id, co
     axis->node = (struct gn_node){0};
     axis->boot = (struct gn_boot){0};
     gn_sdo_init(&axis->sdo, config->node, (int64_t)motion->cycle.sdo_timeout_ms * 1000000);
-    struct gn_axis_limits const limits = {
-        .min_counts = config->min_counts,
-        .max_counts = config->max_counts,
-        .max_velocity_counts_per_s = config->max_velocity_counts_per_s,
-        .max_acceleration_counts_per_s2 = config->max_acceleration_counts_per_s2,
-    };
-    gn_path_set_limits(&motion->path, config->axis, &limits);
     update_state(motion);
     gn_reply(motion, request_id, gonio_ReplyCode_REPLY_OK, "");
 }

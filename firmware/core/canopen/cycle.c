@@ -123,8 +123,10 @@ void gn_cycle_process(struct gn_motion *motion) {
         return;
     }
     int64_t const period_ns = gn_cycle_period_ns(motion);
-    /* Cycles that were slept through are left out; the grid stays. */
-    motion->next_cycle_ns += ((motion->now_ns - motion->next_cycle_ns) / period_ns + 1) * period_ns;
+    int64_t const missed = (motion->now_ns - motion->next_cycle_ns) / period_ns;
+    uint32_t *const counter = &motion->shared->counters.cycles_missed;
+    __atomic_store_n(counter, *counter + (uint32_t)missed, __ATOMIC_RELAXED);
+    motion->next_cycle_ns += (missed + 1) * period_ns; /* what was slept through is left out; the grid stays */
     run_cycle(motion);
 }
 

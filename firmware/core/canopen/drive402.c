@@ -107,6 +107,8 @@ uint16_t gn_drive_command(struct gn_drive *drive) {
         drive->controlword = word;
     } else if (drive->goal == GN_GOAL_ENABLED && state == GN_DRIVE_OPERATION_ENABLED) {
         drive->controlword = (uint16_t)(ENABLE_OPERATION | drive->operation_bits);
+    } else if (drive->goal == GN_GOAL_QUICK_STOP && state == GN_DRIVE_QUICK_STOP_ACTIVE) {
+        drive->controlword = QUICK_STOP; /* it may have come here by itself: an old "enable" would let it go on */
     } else if (drive->goal != GN_GOAL_QUICK_STOP && state == GN_DRIVE_SWITCH_ON_DISABLED) {
         drive->controlword = DISABLE_VOLTAGE;
     }

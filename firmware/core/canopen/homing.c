@@ -113,7 +113,7 @@ static enum gn_homing_progress move(struct gn_axis *axis, const struct gn_bus *b
     if (error) {
         (void)snprintf(trouble->cause, sizeof trouble->cause, "homing error, 0x6041 (statusword) 0x%04X, method %ld",
                        status, (long)axis->config.homing_method);
-        return fail(trouble, 0x6041, "check switch, index pulse and 0x6098");
+        return fail(trouble, 0x6041, "check which way it went, switch, index pulse and 0x6098");
     }
     if (attained && reached) {
         axis->drive.operation_bits = 0;
@@ -122,7 +122,7 @@ static enum gn_homing_progress move(struct gn_axis *axis, const struct gn_bus *b
     if (overdue(axis, bus, axis->config.homing_timeout_ms)) {
         (void)snprintf(trouble->cause, sizeof trouble->cause, "homing (0x6098 method %ld) not finished within %u ms",
                        (long)axis->config.homing_method, (unsigned)axis->config.homing_timeout_ms);
-        return fail(trouble, 0x6098, "check the switch and 0x6099, or raise homing_timeout_ms");
+        return fail(trouble, 0x6098, "if it went the wrong way check its wiring and sign, else switch and 0x6099");
     }
     return GN_HOMING_RUNNING;
 }

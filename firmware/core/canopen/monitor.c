@@ -1,10 +1,13 @@
 /* monitor.c: turns what the drives say, or fail to say, into faults. */
 #include "monitor.h"
 
+#include <stddef.h>
 #include <stdio.h>
 
 #include "emergency.h"
 #include "fault.h"
+#include "log.h"
+#include "notice.h"
 
 /* Ten milliseconds of SYNCs that nobody saw, while drives quick-stop after three without an RPDO: the bus is gone. */
 #define ECHO_LIMIT 5u
@@ -42,27 +45,78 @@ static void store(uint32_t *counter, uint32_t value) {
     __atomic_store_n(counter, value, __ATOMIC_RELAXED);
 }
 
+static void count_bus(struct gn_motion *motion, const struct gn_can_status *status) {
+    struct gn_motion_counters *counters = &motion->shared->counters;
+    store(&counters->can_overflow, status->receive_overflows);
+    store(&counters->can_error_frames, status->error_frames);
+    store(&counters->can_setpoints_dropped, status->setpoints_dropped);
+    store(&counters->can_bus_offs, status->bus_offs);
+    store(&counters->clock_steps, status->clock_steps);
+    float sigma_us = status->sync_stamp_sigma_us;
+    __atomic_store(&motion->shared->sync_stamp_sigma_us, &sigma_us, __ATOMIC_RELAXED);
+}
+
+/* Error passive is a bus that still works, badly: told once, until all is well again. */
+static void watch_passive(struct gn_motion *motion, const struct gn_can_status *status) {
+    bool const passive = status->state == GN_CAN_ERROR_PASSIVE;
+    if (passive && !motion->bus_passive) {
+        char text[160];
+        (void)snprintf(text, sizeof text,
+                       "CAN error passive after %u error frames: frames are damaged or nobody acknowledges them; check "
+                       "terminators, cable and bit rate",
+                       (unsigned)status->error_frames);
+        motion->port->log.write(motion->port->log.context, GN_LOG_WARNING, text);
+        gn_notice_log(motion, GN_LOG_WARNING, text);
+    }
+    motion->bus_passive = passive || (motion->bus_passive && status->state != GN_CAN_ERROR_ACTIVE);
+}
+
+/* What is wrong with the bus itself; "" where nothing is. */
+static void bus_cause(const struct gn_motion *motion, const struct gn_can_status *status, char *cause, uint32_t size) {
+    cause[0] = '\0';
+    if (status->state == GN_CAN_DOWN) {
+        (void)snprintf(cause, size, "the CAN interface is down or gone");
+    } else if (status->state == GN_CAN_BUS_OFF || status->bus_offs != motion->bus_offs_seen) {
+        (void)snprintf(cause, size, "CAN bus off after %u error frames", (unsigned)status->error_frames);
+    }
+}
+
+static const char *bus_remedy(const struct gn_can_status *status) {
+    return status->state == GN_CAN_DOWN ? "plug it in and bring it up, then clear the fault, boot and home"
+                                        : "check cable, terminators and bit rate, then clear the fault, boot and home";
+}
+
 void gn_monitor_bus(struct gn_motion *motion) {
     struct gn_can_status status = {0};
     struct gn_trouble trouble = {.code = gonio_FaultCode_FAULT_CAN};
     motion->port->can.status(motion->port->can.context, &status);
-    store(&motion->shared->counters.can_overflow, status.receive_overflows);
-    store(&motion->shared->counters.can_error_frames, status.error_frames);
-    if (motion->state == gonio_InstrumentState_STATE_FAULT || !motion->sync_running) {
+    count_bus(motion, &status);
+    watch_passive(motion, &status);
+    bus_cause(motion, &status, trouble.cause, sizeof trouble.cause);
+    motion->bus_offs_seen = status.bus_offs;
+    bool const booting = motion->state == gonio_InstrumentState_STATE_BOOTING;
+    if (motion->state == gonio_InstrumentState_STATE_FAULT || (!motion->sync_running && !booting)) {
         return;
     }
-    if (status.state == GN_CAN_BUS_OFF) {
-        (void)snprintf(trouble.cause, sizeof trouble.cause, "CAN bus off after %u error frames",
-                       (unsigned)status.error_frames);
-        trouble.remedy = "check cable, terminators and bit rate, then boot and home";
-    } else if (motion->sync.echoes_lost_in_a_row >= ECHO_LIMIT) {
+    trouble.remedy = bus_remedy(&status);
+    if (trouble.cause[0] == '\0') {
+        if (motion->sync.echoes_lost_in_a_row < ECHO_LIMIT) {
+            return;
+        }
         (void)snprintf(trouble.cause, sizeof trouble.cause, "%u SYNCs (0x080) in a row did not come back from the bus",
                        (unsigned)motion->sync.echoes_lost_in_a_row);
         trouble.remedy = "check the CAN interface and its cable, then boot and home";
-    } else {
-        return;
     }
     gn_fault_raise(motion, GN_NO_AXIS, 0, &trouble);
+}
+
+const char *gn_monitor_bus_obstacle(const struct gn_motion *motion) {
+    struct gn_can_status status = {0};
+    motion->port->can.status(motion->port->can.context, &status);
+    if (status.state == GN_CAN_DOWN) {
+        return "the CAN interface is down or gone: plug it in and bring it up";
+    }
+    return status.state == GN_CAN_BUS_OFF ? "the CAN bus is off: check cable, terminators and bit rate" : NULL;
 }
 
 void gn_monitor_drive(struct gn_motion *motion, uint32_t i) {

@@ -7,6 +7,8 @@
 /* Once per cycle. */
 void gn_monitor_nodes(struct gn_motion *motion);
 void gn_monitor_bus(struct gn_motion *motion);
+/* NULL: the bus can be used; else a sentence that says why not. */
+const char *gn_monitor_bus_obstacle(const struct gn_motion *motion);
 /* When a statusword came. */
 void gn_monitor_drive(struct gn_motion *motion, uint32_t axis);
 /* A frame with COB 0x080 + node. */

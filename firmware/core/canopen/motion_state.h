@@ -56,6 +56,8 @@ struct gn_motion {
     struct gn_sync sync;
     bool sync_running;
     bool rpdo_pending; /* of the last SYNC */
+    uint32_t bus_offs_seen;
+    bool bus_passive; /* error passive since the bus was last well */
     struct gn_heartbeat heartbeat;
     int64_t next_cycle_ns;
     int64_t next_status_ns;
@@ -71,8 +73,9 @@ struct gn_motion {
     bool lamp_on;
     bool dark_when_still; /* close the shutter as soon as the axes stand */
     int64_t dark_deadline_ns;
-    uint32_t inputs;        /* bit 0 door closed, 1 emergency stop released, 2 STO released */
-    gonio_Fault last_fault; /* since start */
+    uint32_t inputs; /* bit 0 door closed, 1 emergency stop released, 2 STO released, 3 off the limit switches */
+    uint32_t edges_seen[GN_LINE_COUNT]; /* number of the last edge of each line */
+    gonio_Fault last_fault;             /* since start */
 };
 
 static inline uint32_t gn_all_axes(const struct gn_motion *motion) {

@@ -7,6 +7,7 @@
 #include "fault.h"
 #include "homing.h"
 #include "inputs.h"
+#include "monitor.h"
 #include "notice.h"
 
 #define MOTION_STATE(name) gonio_InstrumentState_STATE_##name
@@ -42,6 +43,12 @@ static bool any_enabled(const struct gn_motion *motion) {
     return false;
 }
 
+/* What forbids movement: an input, or the bus. NULL: nothing. */
+static const char *obstacle_of(const struct gn_motion *motion) {
+    const char *input = gn_inputs_obstacle(motion);
+    return input != NULL ? input : gn_monitor_bus_obstacle(motion);
+}
+
 void gn_boot_request(struct gn_motion *motion, uint32_t request_id) {
     if (motion->state == MOTION_STATE(UNCONFIGURED)) {
         char why[120];
@@ -63,6 +70,11 @@ void gn_boot_request(struct gn_motion *motion, uint32_t request_id) {
     if (busy(motion, request_id)) {
         return;
     }
+    const char *obstacle = gn_monitor_bus_obstacle(motion);
+    if (obstacle != NULL) {
+        refuse(motion, request_id, obstacle);
+        return;
+    }
     accept(motion, request_id, GN_OPERATION_BOOT);
     motion->state = MOTION_STATE(BOOTING);
     motion->sync_running = false;
@@ -70,6 +82,24 @@ void gn_boot_request(struct gn_motion *motion, uint32_t request_id) {
     for (uint32_t i = 0; i < motion->cycle.axis_count; i++) {
         gn_boot_begin(&motion->axes[i]);
     }
+}
+
+/* What checks on receipt hold the axis to, now that its drive is known. */
+static void set_limits(struct gn_motion *motion, uint32_t i) {
+    const struct gn_axis *axis = &motion->axes[i];
+    struct gn_axis_limits limits = {
+        .min_counts = axis->config.min_counts,
+        .max_counts = axis->config.max_counts,
+        .max_velocity_counts_per_s = axis->config.max_velocity_counts_per_s,
+        .max_acceleration_counts_per_s2 = axis->config.max_acceleration_counts_per_s2,
+    };
+    double const unguarded = axis->unguarded_counts_per_s;
+    if (unguarded > 0.0 && unguarded < limits.max_velocity_counts_per_s) {
+        limits.max_velocity_counts_per_s = unguarded;
+        limits.velocity_reason =
+            "its drive has no 0x1400:05 (see info): lower max_velocity_deg_per_s, or change the drive";
+    }
+    gn_path_set_limits(&motion->path, i, &limits);
 }
 
 static void boot_process(struct gn_motion *motion) {
@@ -93,6 +123,9 @@ static void boot_process(struct gn_motion *motion) {
         }
     } else if (done == motion->cycle.axis_count) {
         motion->sync.expected_mask = gn_all_axes(motion);
+        for (uint32_t i = 0; i < motion->cycle.axis_count; i++) {
+            set_limits(motion, i);
+        }
         motion->state = MOTION_STATE(UNHOMED);
         gn_operation_done(motion, gonio_ReplyCode_REPLY_OK, "");
     }
@@ -111,7 +144,7 @@ void gn_home_request(struct gn_motion *motion, uint32_t request_id, uint32_t axi
                  "the axis mask names no axis, or one that is not in use");
         return;
     }
-    const char *obstacle = gn_inputs_obstacle(motion);
+    const char *obstacle = obstacle_of(motion);
     if (obstacle != NULL) {
         refuse(motion, request_id, obstacle);
         return;
@@ -191,7 +224,7 @@ void gn_clear_fault_request(struct gn_motion *motion, uint32_t request_id) {
         gn_reply(motion, request_id, gonio_ReplyCode_REPLY_OK, "");
         return;
     }
-    const char *obstacle = gn_inputs_obstacle(motion);
+    const char *obstacle = obstacle_of(motion);
     if (obstacle != NULL || motion->path.state != GN_PATH_IDLE || motion->operation.kind != GN_OPERATION_NONE) {
         refuse(motion, request_id, obstacle != NULL ? obstacle : "the axes are still stopping: try again in a second");
         return;

@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "fault.h"
+#include "inputs.h"
 #include "log.h"
 #include "notice.h"
 #include "outputs.h"
@@ -71,6 +72,11 @@ void gn_ride_begin(struct gn_motion *motion, const gonio_Request *request) {
     if (motion->state != gonio_InstrumentState_STATE_READY) {
         gn_reply(motion, request->id, gonio_ReplyCode_REPLY_REFUSED,
                  "a path begins when the axes are homed and hold still: wait for the end of the last path, or home");
+        return;
+    }
+    const char *obstacle = gn_inputs_path_obstacle(motion);
+    if (obstacle != NULL) {
+        gn_reply(motion, request->id, gonio_ReplyCode_REPLY_REFUSED, obstacle);
         return;
     }
     if (!gn_path_begin(&motion->path, begin->path_id, begin->knot_count, why, sizeof why)) {

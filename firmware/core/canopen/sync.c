@@ -21,6 +21,7 @@ void gn_sync_begin(struct gn_sync *sync, int64_t now_ns, struct gn_can_frame *fr
     sync->echoed = false;
     sync->sent_ns = now_ns;
     sync->echo_ns = 0;
+    sync->echo_by_arrival = false;
     sync->due_mask = sync->expected_mask;
     sync->seen_mask = 0;
     sync->twice_mask = 0;
@@ -34,6 +35,7 @@ bool gn_sync_on_echo(struct gn_sync *sync, const struct gn_can_frame *frame) {
     }
     sync->echoed = true;
     sync->echo_ns = frame->stamp_ns;
+    sync->echo_by_arrival = frame->stamp_by_arrival;
     sync->echoes_lost_in_a_row = 0;
     return true;
 }
@@ -72,6 +74,7 @@ bool gn_sync_close(struct gn_sync *sync, uint32_t known_mask, struct gn_pose *po
     }
     uint32_t const valid = sync->seen_mask & ~sync->twice_mask;
     uint32_t flags = sync->echoed ? 0u : GN_POSE_ECHO_LOST;
+    flags |= sync->echo_by_arrival ? GN_POSE_CLOCK_STEP : 0u;
     flags |= sync->late_mask ? GN_POSE_TPDO_LATE : 0u;
     flags |= sync->twice_mask ? GN_POSE_TPDO_DUPLICATE : 0u;
     flags |= (known_mask & sync->due_mask) != sync->due_mask ? GN_POSE_POSITION_UNKNOWN : 0u;

@@ -22,7 +22,8 @@ struct gn_sync {
     bool echoed;
     int64_t sent_ns;
     int64_t echo_ns;
-    uint32_t due_mask; /* expected_mask at the SYNC */
+    bool echo_by_arrival; /* the echo's stamp is not the bus's: the clock stepped */
+    uint32_t due_mask;    /* expected_mask at the SYNC */
     uint32_t seen_mask;
     uint32_t twice_mask;
     uint32_t late_mask;

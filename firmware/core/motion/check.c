@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* Closer knots would only cost buffer; the sums of a segment stay well conditioned. */
 #define SHORTEST_NS 1000000
@@ -100,6 +101,19 @@ static bool check_magnitude(const char *what, const char *unit, const double *co
            refuse_range(what, unit, axis, number, range, (struct gn_range){-limit, limit}, why, why_size);
 }
 
+static bool check_velocity(const struct gn_axis_limits *limits, const double *velocity, uint32_t axis, uint32_t number,
+                           char *why, uint32_t why_size) {
+    if (check_magnitude("velocity", "counts/s", velocity, limits->max_velocity_counts_per_s, axis, number, why,
+                        why_size)) {
+        return true;
+    }
+    if (limits->velocity_reason != NULL) {
+        size_t const used = strlen(why);
+        snprintf(why + used, why_size - used, ": %s", limits->velocity_reason);
+    }
+    return false;
+}
+
 /* q'' + rate q' in Bernstein form: the acceleration with the feed rising or falling at the guaranteed rate. */
 static void with_feed_change(const double *velocity, const double *acceleration, double rate_per_s, double *sum) {
     for (uint32_t i = 0; i <= 4u; i++) {
@@ -123,8 +137,7 @@ static bool check_axis(const struct gn_path *path, uint32_t axis, const struct g
     with_feed_change(velocity, acceleration, -GN_PATH_HOLD_RATE_PER_S, falling);
     const char *const sum = "acceleration with the feed hold's share";
     return check_position(path, axis, segment, number, why, why_size) &&
-           check_magnitude("velocity", "counts/s", velocity, limits->max_velocity_counts_per_s, axis, number, why,
-                           why_size) &&
+           check_velocity(limits, velocity, axis, number, why, why_size) &&
            check_magnitude(sum, "counts/s2", rising, limits->max_acceleration_counts_per_s2, axis, number, why,
                            why_size) &&
            check_magnitude(sum, "counts/s2", falling, limits->max_acceleration_counts_per_s2, axis, number, why,

@@ -24,6 +24,7 @@ struct gn_axis_limits {
     double min_counts, max_counts;
     double max_velocity_counts_per_s;
     double max_acceleration_counts_per_s2;
+    const char *velocity_reason; /* why it is lower than the instrument's, and the cure; NULL: it is not */
 };
 
 enum gn_path_state {

@@ -80,9 +80,11 @@ bool gn_pose_blocks_take(struct gn_pose_blocks *blocks, const struct gn_pose *po
     return ++blocks->count == GN_BLOCK_POSES_MAX;
 }
 
-uint32_t gn_pose_blocks_seal(struct gn_pose_blocks *blocks, uint32_t axis_count) {
-    struct gn_pose_block const header = {
-        .block = blocks->next_block++, .count = blocks->count, .axis_count = axis_count};
+uint32_t gn_pose_blocks_seal(struct gn_pose_blocks *blocks, uint32_t axis_count, float sync_stamp_sigma_us) {
+    struct gn_pose_block const header = {.block = blocks->next_block++,
+                                         .count = blocks->count,
+                                         .axis_count = axis_count,
+                                         .sync_stamp_sigma_us = sync_stamp_sigma_us};
     memcpy(blocks->payload, &header, sizeof header);
     blocks->count = 0;
     return GN_POSE_BLOCK_SIZE + header.count * GN_POSE_SIZE;

@@ -46,6 +46,7 @@ uint32_t gn_sample_blocks_seal(struct gn_sample_blocks *blocks, const struct gn_
 void gn_pose_blocks_start(struct gn_pose_blocks *blocks);
 /* true: the block is full and must be sealed. */
 bool gn_pose_blocks_take(struct gn_pose_blocks *blocks, const struct gn_pose *pose, int64_t now_ns);
-uint32_t gn_pose_blocks_seal(struct gn_pose_blocks *blocks, uint32_t axis_count);
+/* `sync_stamp_sigma_us`: standard uncertainty of the poses' times. */
+uint32_t gn_pose_blocks_seal(struct gn_pose_blocks *blocks, uint32_t axis_count, float sync_stamp_sigma_us);
 
 #endif

@@ -1,10 +1,18 @@
-/* crc32c.c: CRC-32C eight bytes at a time: by SSE4.2 where the processor has it, else by eight tables. */
+/* crc32c.c: CRC-32C eight bytes at a time: by the instruction of SSE4.2 or ARMv8 where the processor has it, else by
+ * eight tables. */
 #include "crc32c.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #if defined(__x86_64__)
 #include <nmmintrin.h>
+#define INSTRUCTION __attribute__((target("sse4.2")))
+#elif defined(__aarch64__) && defined(__linux__)
+#include <arm_acle.h>
+#include <sys/auxv.h>
+#define INSTRUCTION __attribute__((target("+crc")))
+#define HWCAP_BIT_CRC32 (1ul << 7) /* of the kernel's ABI: <asm/hwcap.h> */
 #endif
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "eight bytes are loaded as one little-endian word");
@@ -58,24 +66,49 @@ uint32_t gn_crc32c_portable(uint32_t crc, const void *bytes, size_t length) {
 }
 
 #if defined(__x86_64__)
-__attribute__((target("sse4.2"))) static uint32_t by_instruction(uint32_t crc, const uint8_t *next, size_t length) {
-    uint64_t state = (uint32_t)~crc;
+static bool has_instruction(void) {
+    return __builtin_cpu_supports("sse4.2");
+}
+
+INSTRUCTION static uint32_t eight(uint32_t state, uint64_t word) {
+    return (uint32_t)_mm_crc32_u64(state, word);
+}
+
+INSTRUCTION static uint32_t one(uint32_t state, uint8_t byte) {
+    return _mm_crc32_u8(state, byte);
+}
+#elif defined(INSTRUCTION)
+static bool has_instruction(void) {
+    return (getauxval(AT_HWCAP) & HWCAP_BIT_CRC32) != 0u;
+}
+
+INSTRUCTION static uint32_t eight(uint32_t state, uint64_t word) {
+    return __crc32cd(state, word);
+}
+
+INSTRUCTION static uint32_t one(uint32_t state, uint8_t byte) {
+    return __crc32cb(state, byte);
+}
+#endif
+
+#if defined(INSTRUCTION)
+INSTRUCTION static uint32_t by_instruction(uint32_t crc, const uint8_t *next, size_t length) {
+    uint32_t state = ~crc;
     for (; length >= 8u; length -= 8u, next += 8) {
         uint64_t word = 0;
         memcpy(&word, next, sizeof word);
-        state = _mm_crc32_u64(state, word);
+        state = eight(state, word);
     }
-    uint32_t last = (uint32_t)state;
     for (; length > 0u; --length) {
-        last = _mm_crc32_u8(last, *next++);
+        state = one(state, *next++);
     }
-    return ~last;
+    return ~state;
 }
 #endif
 
 uint32_t gn_crc32c(uint32_t crc, const void *bytes, size_t length) {
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("sse4.2")) {
+#if defined(INSTRUCTION)
+    if (has_instruction()) {
         return by_instruction(crc, bytes, length);
     }
 #endif

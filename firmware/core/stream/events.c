@@ -1,4 +1,4 @@
-/* events.c: Counters, Log, a visitor's Stop and the digitiser's Fault, as events on the driver's session. */
+/* events.c: Counters, Latency, Log, a visitor's Stop and the digitiser's Fault, as events on the driver's session. */
 #include "events.h"
 
 #include <stdio.h>
@@ -32,8 +32,36 @@ void gn_event_counters(struct gn_stream *stream, int64_t now_ns) {
         .link_gap_frames = stream->session.ring.gap_frames,
         .poses_dropped = count_of(&stream->shared->poses.dropped),
         .strobe_realigned = acquisition->clock.strobe_realigned,
+        .cycles_missed = count_of(&motion->cycles_missed),
+        .can_setpoints_dropped = count_of(&motion->can_setpoints_dropped),
+        .can_bus_offs = count_of(&motion->can_bus_offs),
+        .clock_steps = count_of(&motion->clock_steps),
+        .edges_lost = count_of(&motion->edges_lost),
     };
     gn_session_event(&stream->session, &event);
+}
+
+static void send_latency(struct gn_stream *stream, int64_t now_ns, gonio_Thread thread,
+                         const struct gn_latency *latency) {
+    gonio_Event event = gonio_Event_init_zero;
+    gonio_Latency *body = &event.body.latency;
+    event.time_ns = now_ns;
+    event.which_body = gonio_Event_latency_tag;
+    body->thread = thread;
+    body->wakeups = count_of(&latency->wakeups);
+    body->max_us = __atomic_load_n(&latency->max_us, __ATOMIC_RELAXED);
+    body->bins_count = GN_LATENCY_BINS;
+    for (uint32_t i = 0; i < GN_LATENCY_BINS; i++) {
+        body->bins[i] = __atomic_load_n(&latency->bins[i], __ATOMIC_RELAXED);
+    }
+    if (body->wakeups > 0u) {
+        gn_session_event(&stream->session, &event);
+    }
+}
+
+void gn_event_latency(struct gn_stream *stream, int64_t now_ns) {
+    send_latency(stream, now_ns, gonio_Thread_THREAD_MOTION, &stream->shared->motion_latency);
+    send_latency(stream, now_ns, gonio_Thread_THREAD_STREAM, &stream->shared->stream_latency);
 }
 
 void gn_event_log(struct gn_stream *stream, int64_t now_ns, enum gn_log_level level, const char *text) {

@@ -170,6 +170,8 @@ void gn_requests_reply(struct gn_stream *stream, gonio_Reply *reply) {
         gonio_Info *info = &reply->body.info;
         (void)snprintf(info->firmware, sizeof info->firmware, "%s", GN_FIRMWARE_NAME);
         (void)snprintf(info->device, sizeof info->device, "%s", stream->device_name);
+        (void)snprintf(info->kernel, sizeof info->kernel, "%s", stream->shared->kernel);
+        info->realtime = stream->shared->realtime;
         info->driver_connected = gn_session_driver_connected(&stream->session);
     }
     if (reply->id < GN_VISITOR_REQUEST_ID) {

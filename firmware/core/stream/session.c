@@ -27,7 +27,7 @@ void gn_session_init(struct gn_session *session, const struct gn_link_port *link
 
 /* The decoder may hold bytes that nobody will read; what is queued still leaves first. */
 static void dismiss(struct gn_session *session, uint32_t number, const char *why) {
-    char line[160];
+    char line[192];
     (void)snprintf(line, sizeof line, "link: client %u dismissed: %s", (unsigned)number, why);
     session->log->write(session->log->context, GN_LOG_WARNING, line);
     session->clients[number].state = GN_CLIENT_LEAVING;

@@ -66,7 +66,9 @@ static void acquire(struct gn_stream *stream, int64_t now_ns) {
 }
 
 static void send_poses(struct gn_stream *stream) {
-    uint32_t const length = gn_pose_blocks_seal(&stream->poses, stream->configuration.axis_count);
+    float sigma_us = 0.0F;
+    __atomic_load(&stream->shared->sync_stamp_sigma_us, &sigma_us, __ATOMIC_RELAXED);
+    uint32_t const length = gn_pose_blocks_seal(&stream->poses, stream->configuration.axis_count, sigma_us);
     gn_session_block(&stream->session, GN_FRAME_POSES, stream->poses.payload, length);
 }
 
@@ -103,6 +105,7 @@ int64_t gn_stream_process(struct gn_stream *stream, int64_t now_ns) {
     take_notices(stream);
     if (now_ns >= stream->counters_due_ns) {
         gn_event_counters(stream, now_ns);
+        gn_event_latency(stream, now_ns);
         stream->counters_due_ns = now_ns + COUNTERS_EVERY_NS;
     }
     gn_session_transmit(&stream->session);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "../base/no_malloc.hpp"
 #include "scripted_drive.hpp"
 
 extern "C" {
@@ -164,7 +165,10 @@ public:
             if (host_alive) {
                 shared.host_heard_ns = now_ns;
             }
-            wake_ns_ = gn_motion_process(motion, now_ns);
+            {
+                In_core const core;
+                wake_ns_ = gn_motion_process(motion, now_ns);
+            }
             drain();
             std::int64_t next_ns = std::min(wake_ns_, end_ns);
             if (!arriving.empty()) {
@@ -230,13 +234,13 @@ public:
     std::vector<gn_can_frame> arriving;
     std::vector<gn_edge> edges;
     std::uint32_t edge_numbers[GN_LINE_COUNT] = {};
-    bool levels[GN_LINE_COUNT] = {false, true, true, true};
+    bool levels[GN_LINE_COUNT] = {false, true, true, true, true};
     bool outputs[3] = {};
     std::uint32_t operator_action = 0;
     int pulses = 0;
     bool host_alive = true;
     bool echo_lost = false;
-    gn_can_bus_state bus = GN_CAN_ERROR_ACTIVE;
+    gn_can_status bus{};
     std::int64_t now_ns = 1'000'000'000;
     std::uint32_t last_id = 0;
     // What the test does to frames on their way from the drives: true takes the frame away.
@@ -245,6 +249,7 @@ public:
 private:
     static Bench &self(void *context) { return *static_cast<Bench *>(context); }
     static int send(void *context, const gn_can_frame *frame) {
+        In_port const port_called;
         Bench &b = self(context);
         b.sent.push_back(*frame);
         gn_can_frame echo = *frame;
@@ -263,6 +268,7 @@ private:
         return 0;
     }
     static int receive(void *context, gn_can_frame *frame) {
+        In_port const port_called;
         Bench &b = self(context);
         if (b.arriving.empty() || b.arriving.front().stamp_ns > b.now_ns) {
             return 0;
@@ -271,8 +277,9 @@ private:
         b.arriving.erase(b.arriving.begin());
         return 1;
     }
-    static void bus_status(void *context, gn_can_status *status) { *status = {self(context).bus, 0, 7}; }
+    static void bus_status(void *context, gn_can_status *status) { *status = self(context).bus; }
     static int edge_receive(void *context, gn_edge *edge) {
+        In_port const port_called;
         Bench &b = self(context);
         if (b.edges.empty()) {
             return 0;

@@ -109,11 +109,79 @@ TEST(Boot, fixed_map_without_the_target_names_it) {
     EXPECT_EQ(bench.only_fault().index, 0x1600u);
 }
 
-TEST(Boot, missing_rpdo_deadline_is_a_note) {
+// 300 ms of heartbeat time-out at v, then v^2 / 2a at 200 deg/s2: 3.2456 deg/s goes 0.97368 + 0.02633 = 1 degree.
+TEST(Boot, missing_rpdo_deadline_is_noted_and_limits_the_speed) {
     Bench bench;
     bench.drives[0].objects.erase({0x1400, 5});
-    ASSERT_NO_FATAL_FAILURE(bench.boot());
-    EXPECT_STREQ(bench.motion->axes[0].info.notes, "no 0x1400:05");
+    ASSERT_NO_FATAL_FAILURE(bench.make_ready());
+    EXPECT_STREQ(bench.motion->axes[0].info.notes, "no 0x1400:05, at most 3.25 deg/s");
+    EXPECT_STREQ(bench.motion->axes[1].info.notes, "");
+    EXPECT_NEAR(bench.motion->path.limits[0].max_velocity_counts_per_s, 3.24555 * counts_per_deg, 0.1);
+    EXPECT_EQ(bench.motion->path.limits[1].max_velocity_counts_per_s, Bench::axis_message(1).max_velocity_counts_per_s);
+    bench.begin_move(1, 10 * counts_per_deg, 5.0); // 15 / 8 of the mean: 3.75 deg/s at the middle
+    bench.run(100 * ms);
+    auto const logs = bench.all(gonio_Event_log_tag);
+    ASSERT_EQ(logs.size(), 1u);
+    EXPECT_STREQ(logs[0].body.log.text,
+                 "axis 1, knot 1: velocity 4167 counts/s is over the limit of 3606: its drive has no 0x1400:05 (see "
+                 "info): lower max_velocity_deg_per_s, or change the drive");
+    EXPECT_EQ(bench.last_path_end(), gonio_PathEnd_PATH_STOPPED);
+    bench.begin_move(2, 10 * counts_per_deg, 6.0); // 3.125 deg/s
+    bench.run(7000 * ms);
+    EXPECT_EQ(bench.last_path_end(), gonio_PathEnd_PATH_FINISHED);
+}
+
+TEST(Boot, units_that_are_encoder_counts_are_taken_with_and_without_a_gear) {
+    struct {
+        std::uint32_t motor, shaft, feed, feed_shaft, encoder;
+    } const cases[] = {
+        {1, 1, 400000, 1, 400000}, {1, 1, 800000, 2, 400000}, {100, 1, 400000, 1, 4000}, {50, 2, 400000, 1, 16000}};
+    for (const auto &c : cases) {
+        Bench bench;
+        auto &objects = bench.drives[1].objects;
+        objects[{0x6091, 1}] = {c.motor, 4};
+        objects[{0x6091, 2}] = {c.shaft, 4};
+        objects[{0x6092, 1}] = {c.feed, 4};
+        objects[{0x6092, 2}] = {c.feed_shaft, 4};
+        objects[{0x60A9, 0}] = {0x00B50300, 4};
+        objects[{0x608F, 1}].value = c.encoder;
+        bench.configure();
+        gonio_Request r = gonio_Request_init_zero;
+        r.which_body = gonio_Request_configure_axis_tag;
+        r.body.configure_axis = Bench::axis_message(1);
+        r.body.configure_axis.counts_per_turn = c.encoder;
+        bench.request(r);
+        bench.request(gonio_Request_boot_tag);
+        bench.run(1000 * ms);
+        EXPECT_EQ(bench.motion->state, gonio_InstrumentState_STATE_UNHOMED) << bench.motion->last_fault.sentence;
+    }
+}
+
+TEST(Boot, units_that_are_no_encoder_counts_are_refused) {
+    Bench feed;
+    feed.drives[1].objects[{0x6092, 1}] = {36000, 4}; // hundredths of a degree
+    feed.drives[1].objects[{0x6092, 2}] = {1, 4};
+    EXPECT_EQ(boot_sentence(feed),
+              "sample roll (node 2): 0x6092 (feed) makes 36000 units of a shaft revolution that has 400000 encoder "
+              "counts; set 0x6092 so that positions are encoder counts");
+    EXPECT_EQ(feed.only_fault().code, gonio_FaultCode_FAULT_WRONG_DEVICE);
+    EXPECT_EQ(feed.only_fault().index, 0x6092u);
+    Bench gear;
+    gear.drives[1].objects[{0x6091, 1}] = {2, 4};
+    gear.drives[1].objects[{0x6091, 2}] = {1, 4};
+    gear.drives[1].objects[{0x6092, 1}] = {800000, 4};
+    gear.drives[1].objects[{0x6092, 2}] = {1, 4};
+    EXPECT_EQ(boot_sentence(gear),
+              "sample roll (node 2): 0x6091 and 0x6092 make 800000 counts per turn, counts_per_deg makes 400000; check "
+              "0x6091 and counts_per_deg");
+    Bench nothing;
+    nothing.drives[1].objects[{0x6092, 1}] = {400000, 4};
+    nothing.drives[1].objects[{0x6092, 2}] = {0, 4};
+    EXPECT_NE(boot_sentence(nothing).find("0x6092 (feed)"), std::string::npos);
+    Bench rpm;
+    rpm.drives[1].objects[{0x60A9, 0}] = {0x00B44700, 4}; // revolutions per minute
+    EXPECT_EQ(boot_sentence(rpm), "sample roll (node 2): 0x60A9 (velocity unit) is 0x00B44700, not counts per second; "
+                                  "set it to 0x00B50300 with the maker's tool");
 }
 
 TEST(Boot, value_that_does_not_stick_is_a_read_back_fault) {

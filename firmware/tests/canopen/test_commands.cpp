@@ -56,6 +56,39 @@ TEST(Commands, invalid_axes_are_refused_by_name_and_change_nothing) {
     EXPECT_EQ(bench.motion->state, gonio_InstrumentState_STATE_CONFIGURED);
 }
 
+// An axis from -5 to 185 degrees with its switch at -5. A wrong sign of counts_per_deg turns limits and switch over,
+// and the drive would look for the switch at 185 degrees.
+TEST(Commands, wrong_sign_of_an_axis_is_found_by_the_end_at_which_its_switch_lies) {
+    Bench bench;
+    bench.configure();
+    auto const reply = [&](int method, double sign, double switch_deg) {
+        gonio_AxisConfig config = Bench::axis_message(0);
+        double const limits[] = {-5 * counts_per_deg * sign, 185 * counts_per_deg * sign};
+        config.counts_per_deg *= sign;
+        config.min_counts = std::min(limits[0], limits[1]);
+        config.max_counts = std::max(limits[0], limits[1]);
+        config.homing_method = method;
+        config.home_offset_counts = static_cast<std::int32_t>(std::lround(switch_deg * counts_per_deg * sign));
+        return configure_axis(bench, config);
+    };
+    for (int const negative_end : {1, 17}) {
+        EXPECT_EQ(reply(negative_end, 1, -5).code, gonio_ReplyCode_REPLY_OK);
+        EXPECT_EQ(reply(negative_end, -1, -5).code, gonio_ReplyCode_REPLY_INVALID);
+        EXPECT_EQ(reply(negative_end, -1, 185).code, gonio_ReplyCode_REPLY_OK); // it does count backwards
+    }
+    for (int const positive_end : {2, 18}) {
+        EXPECT_EQ(reply(positive_end, 1, 185).code, gonio_ReplyCode_REPLY_OK);
+        EXPECT_EQ(reply(positive_end, -1, 185).code, gonio_ReplyCode_REPLY_INVALID);
+        EXPECT_EQ(reply(positive_end, -1, -5).code, gonio_ReplyCode_REPLY_OK);
+    }
+    for (int const anywhere : {7, 23, 33, 34, 37}) {
+        EXPECT_EQ(reply(anywhere, -1, -5).code, gonio_ReplyCode_REPLY_OK);
+    }
+    EXPECT_STREQ(reply(1, -1, -5).text,
+                 "axis 0 (sample azimuth): homing method 1 goes to the negative end in counts, the switch (5556) is at "
+                 "the other: check the sign of counts_per_deg, the method and switch_deg");
+}
+
 TEST(Commands, invalid_cycles_are_refused) {
     Bench bench;
     gonio_Configure config = Bench::configure_message();

@@ -126,7 +126,8 @@ TEST_F(Moving, four_lost_echoes_are_no_fault) {
 }
 
 TEST_F(Moving, bus_off_is_a_fault) {
-    bench.bus = GN_CAN_BUS_OFF;
+    bench.bus.state = GN_CAN_BUS_OFF;
+    bench.bus.error_frames = 7;
     gonio_Fault const fault = safe_after(3000 * ms);
     EXPECT_TRUE(says(fault, "CAN bus off after 7 error frames"));
 }

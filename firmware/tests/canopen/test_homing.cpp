@@ -82,6 +82,10 @@ TEST(Homing, that_never_ends_times_out) {
         std::string(fault.sentence).find("arm azimuth (node 3): homing (0x6098 method 1) not finished within 2000 ms"),
         std::string::npos)
         << fault.sentence;
+    EXPECT_NE(
+        std::string(fault.sentence).find("if it went the wrong way check its wiring and sign, else switch and 0x6099"),
+        std::string::npos)
+        << fault.sentence;
     EXPECT_EQ(bench.drives[2].status & 0x6F, 0x07); // quick stop active
 }
 

@@ -1,4 +1,6 @@
 // test_sdo.cpp: dialogues of the SDO client, frame by frame (CiA 301): uploads, downloads and every way to abort.
+#include <set>
+
 #include <gtest/gtest.h>
 
 #include "scripted_can.hpp"
@@ -200,6 +202,39 @@ TEST(Sdo, takes_one_transfer_at_a_time_and_no_short_frames) {
     EXPECT_FALSE(gn_sdo_write(&d.sdo, &d.can.port, 0x1001, 0, 1, 1, 0));
     d.answer({0x43, 0x00, 0x10, 0x00});
     EXPECT_EQ(d.sdo.state, GN_SDO_BUSY);
+}
+
+// CiA 301, table 22: all of it.
+constexpr std::uint32_t abort_codes[] = {
+    0x05030000, 0x05040000, 0x05040001, 0x05040002, 0x05040003, 0x05040004, 0x05040005, 0x06010000,
+    0x06010001, 0x06010002, 0x06020000, 0x06040041, 0x06040042, 0x06040043, 0x06040047, 0x06060000,
+    0x06070010, 0x06070012, 0x06070013, 0x06090011, 0x06090030, 0x06090031, 0x06090032, 0x06090036,
+    0x060A0023, 0x08000000, 0x08000020, 0x08000021, 0x08000022, 0x08000023, 0x08000024};
+
+TEST(Sdo, every_abort_of_the_standard_ends_every_sort_of_transfer_with_its_words) {
+    std::set<std::string> words;
+    for (std::uint32_t const code : abort_codes) {
+        for (int const sort : {0, 1, 2}) { // download, upload, between segments
+            Dialogue d;
+            if (sort == 0) {
+                gn_sdo_write(&d.sdo, &d.can.port, 0x1008, 0, 1, 4, 0);
+            } else {
+                gn_sdo_read(&d.sdo, &d.can.port, 0x1008, 0, 0);
+            }
+            if (sort == 2) {
+                d.answer({0x41, 0x08, 0x10, 0x00, 0x10, 0, 0, 0});
+            }
+            d.seen = d.can.sent.size();
+            d.answer({0x80, 0x08, 0x10, 0x00, static_cast<int>(code & 0xFF), static_cast<int>(code >> 8 & 0xFF),
+                      static_cast<int>(code >> 16 & 0xFF), static_cast<int>(code >> 24)});
+            EXPECT_EQ(d.sdo.state, GN_SDO_ABORTED);
+            EXPECT_EQ(d.sdo.abort_code, code);
+            d.expect_silence();
+        }
+        words.insert(gn_sdo_abort_words(code));
+    }
+    EXPECT_EQ(words.size(), std::size(abort_codes));
+    EXPECT_EQ(words.count(gn_sdo_abort_words(0x12345678)), 0u);
 }
 
 TEST(Sdo, puts_abort_codes_into_words) {

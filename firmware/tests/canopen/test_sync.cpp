@@ -52,6 +52,19 @@ TEST_F(Pairing, pose_carries_the_echo_stamp_and_both_positions) {
     EXPECT_EQ(counters.syncs, 1u);
 }
 
+TEST_F(Pairing, echo_stamped_on_arrival_is_flagged_for_this_pose_only) {
+    begin(1);
+    frame.stamp_by_arrival = true;
+    echo(start_of(1) + 90 * us);
+    gn_sync_on_tpdo(&sync, 0, 1, start_of(1) + 300 * us);
+    gn_sync_on_tpdo(&sync, 1, 2, start_of(1) + 420 * us);
+    close();
+    EXPECT_EQ(+pose.flags, GN_POSE_CLOCK_STEP);
+    EXPECT_EQ(+pose.valid, 0x3);
+    good_cycle(2, 3, 4);
+    EXPECT_EQ(+pose.flags, 0);
+}
+
 TEST_F(Pairing, counter_runs_from_1_to_240) {
     for (int cycle = 1; cycle <= 241; cycle++) {
         begin(cycle);

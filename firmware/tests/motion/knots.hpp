@@ -86,7 +86,7 @@ inline std::vector<gn_knot> sinusoid_knots(std::size_t count, std::int64_t spaci
 
 inline gn_axis_limits limits_deg(double min_deg, double max_deg, double velocity, double acceleration) {
     return {min_deg * counts_per_deg, max_deg * counts_per_deg, velocity * counts_per_deg,
-            acceleration * counts_per_deg};
+            acceleration * counts_per_deg, nullptr};
 }
 
 // A path with the reference instrument's speeds and one sentence of room for refusals.

@@ -12,7 +12,7 @@ namespace {
 
 std::array<gn_axis_limits, 4> limits() {
     std::array<gn_axis_limits, 4> all{};
-    all.fill({-1e6, 1e6, 30e3, 60e3});
+    all.fill({-1e6, 1e6, 30e3, 60e3, nullptr});
     return all;
 }
 

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "../base/no_malloc.hpp"
 #include "gonio.pb.h"
 #include "pb_decode.h"
 #include "pb_encode.h"
@@ -79,6 +80,7 @@ public:
 
     void process(std::int64_t step_ns = 1000000) {
         now_ns += step_ns;
+        In_core const core;
         gn_stream_process(stream, now_ns);
     }
     void connect(std::uint32_t client) { wires[client] = Wire{.connected = true, .to_firmware = {}, .to_host = {}}; }
@@ -89,6 +91,7 @@ private:
 
     static Bench &self(void *context) { return *static_cast<Bench *>(context); }
     static int read(void *context, std::uint32_t client, std::uint8_t *buffer, std::size_t capacity) {
+        In_port const port_called;
         Wire &wire = self(context).wires[client];
         if (!wire.connected) {
             return -1;
@@ -100,6 +103,7 @@ private:
         return static_cast<int>(length);
     }
     static int write(void *context, std::uint32_t client, const std::uint8_t *bytes, std::size_t length) {
+        In_port const port_called;
         Wire &wire = self(context).wires[client];
         if (!wire.connected) {
             return -1;
@@ -115,6 +119,7 @@ private:
     }
     static void stop(void *context) { self(context).digitising = false; }
     static int read_packet(void *context, std::uint8_t *buffer, std::size_t capacity) {
+        In_port const port_called;
         Bench &bench = self(context);
         if (!bench.digitiser_there) {
             return -1;
@@ -128,7 +133,10 @@ private:
         std::copy_n(packet.begin(), length, buffer);
         return static_cast<int>(length);
     }
-    static void write_log(void *context, gn_log_level, const char *text) { self(context).log.emplace_back(text); }
+    static void write_log(void *context, gn_log_level, const char *text) {
+        In_port const port_called;
+        self(context).log.emplace_back(text);
+    }
 };
 
 // A host on one of the bench's wires.

@@ -108,6 +108,8 @@ TEST_F(Requests, stop_is_taken_from_anyone_and_a_visitor_may_do_nothing_else) {
 TEST_F(Requests, info_goes_to_the_one_who_asked_with_what_the_stream_side_knows) {
     Client visitor(bench, 1);
     visitor.hello(gonio_Role_ROLE_VISITOR);
+    bench.shared->kernel = "Linux 6.1.0-rt aarch64";
+    bench.shared->realtime = true;
     visitor.request(7, gonio_Request_get_info_tag);
     driver.request(7, gonio_Request_get_info_tag);
     bench.process();
@@ -126,6 +128,8 @@ TEST_F(Requests, info_goes_to_the_one_who_asked_with_what_the_stream_side_knows)
     EXPECT_EQ(drivers.id, 7u);
     EXPECT_EQ(drivers.body.info.axis_count, 4u);
     EXPECT_STREQ(visitors.body.info.device, "bench");
+    EXPECT_STREQ(visitors.body.info.kernel, "Linux 6.1.0-rt aarch64");
+    EXPECT_TRUE(visitors.body.info.realtime);
     EXPECT_TRUE(visitors.body.info.driver_connected);
     EXPECT_NE(std::string(visitors.body.info.firmware), "");
 }

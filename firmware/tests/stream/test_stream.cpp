@@ -225,12 +225,55 @@ TEST_F(Stream, poses_come_in_blocks_of_fifty_or_after_100_ms) {
     EXPECT_EQ(rest[0].record<gn_pose_block>().block, 1u);
 }
 
+TEST_F(Stream, pose_blocks_say_how_sure_the_interface_is_of_its_stamps) {
+    bench.shared->sync_stamp_sigma_us = 12.5F;
+    gn_pose const pose{};
+    ASSERT_TRUE(gn_ring_push(&bench.shared->poses, &pose));
+    bench.process();
+    bench.process(100000000);
+    auto const blocks = driver.frames_of(GN_FRAME_POSES);
+    ASSERT_EQ(blocks.size(), 1u);
+    EXPECT_EQ(float{blocks[0].record<gn_pose_block>().sync_stamp_sigma_us}, 12.5F);
+}
+
+TEST_F(Stream, latency_of_each_thread_that_is_measured_comes_beside_the_counters) {
+    for (int i = 0; i < 3; ++i) {
+        gn_latency_record(&bench.shared->stream_latency, 5500); // 5 us late: bin 3, less than 8 us
+    }
+    bench.process(1000000000);
+    auto const events = driver.frames_of(GN_FRAME_EVENT);
+    ASSERT_EQ(events.size(), 2u) << "counters, and the latency of one thread";
+    gonio_Event const event = events[1].event();
+    ASSERT_EQ(event.which_body, gonio_Event_latency_tag);
+    EXPECT_EQ(event.time_ns, bench.now_ns);
+    EXPECT_EQ(event.body.latency.thread, gonio_Thread_THREAD_STREAM);
+    EXPECT_EQ(event.body.latency.wakeups, 3u);
+    EXPECT_EQ(event.body.latency.max_us, 5u);
+    ASSERT_EQ(event.body.latency.bins_count, GN_LATENCY_BINS);
+    EXPECT_EQ(event.body.latency.bins[3], 3u);
+    gn_latency_record(&bench.shared->motion_latency, 0);
+    bench.process(1000000000);
+    EXPECT_EQ(driver.frames_of(GN_FRAME_EVENT).size(), 3u);
+}
+
 TEST_F(Stream, counters_come_every_second_with_motions_own) {
-    bench.shared->counters.tpdo_late = 3;
+    gn_motion_counters &motion = bench.shared->counters;
+    motion.tpdo_late = 3;
+    motion.can_setpoints_dropped = 4;
+    motion.can_bus_offs = 5;
+    motion.clock_steps = 6;
+    motion.edges_lost = 7;
+    motion.cycles_missed = 8;
     bench.process(1000000000);
     auto const events = driver.frames_of(GN_FRAME_EVENT);
     ASSERT_EQ(events.size(), 1u);
-    EXPECT_EQ(events[0].event().body.counters.tpdo_late, 3u);
+    gonio_Counters const counters = events[0].event().body.counters;
+    EXPECT_EQ(counters.tpdo_late, 3u);
+    EXPECT_EQ(counters.can_setpoints_dropped, 4u);
+    EXPECT_EQ(counters.can_bus_offs, 5u);
+    EXPECT_EQ(counters.clock_steps, 6u);
+    EXPECT_EQ(counters.edges_lost, 7u);
+    EXPECT_EQ(counters.cycles_missed, 8u);
     EXPECT_EQ(events[0].event().time_ns, bench.now_ns);
     bench.process(999000000);
     EXPECT_TRUE(driver.frames_of(GN_FRAME_EVENT).empty());

@@ -110,6 +110,7 @@ void expect_poses(const toml::table &fields, const Frame &frame) {
     expect(fields, "block", std::uint32_t{block.block});
     expect(fields, "count", std::uint32_t{block.count});
     expect(fields, "axis_count", std::uint32_t{block.axis_count});
+    expect(fields, "sync_stamp_sigma_us", float{block.sync_stamp_sigma_us});
     const toml::array &poses = *fields["poses"].as_array();
     ASSERT_EQ(frame.payload.size(), GN_POSE_BLOCK_SIZE + poses.size() * GN_POSE_SIZE);
     for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -200,6 +201,26 @@ void expect_status(const toml::table &fields, const Frame &frame) {
     EXPECT_EQ(gonio::test::Client::encoded(gonio_Event_fields, event), frame.payload);
 }
 
+void expect_latency(const toml::table &fields, const Frame &frame) {
+    gonio_Event const event = frame.event();
+    ASSERT_EQ(event.which_body, gonio_Event_latency_tag);
+    gonio_Latency const &latency = event.body.latency;
+    expect(fields, "time_ns", event.time_ns);
+    expect(fields, "thread", static_cast<int>(latency.thread));
+    expect(fields, "wakeups", latency.wakeups);
+    expect(fields, "max_us", latency.max_us);
+    const toml::array &bins = *fields["bins"].as_array();
+    ASSERT_EQ(latency.bins_count, bins.size());
+    for (std::size_t i = 0; i < bins.size(); ++i) {
+        EXPECT_EQ(bins[i].value<std::int64_t>(), std::int64_t{latency.bins[i]}) << i;
+    }
+    EXPECT_EQ(gonio::test::Client::encoded(gonio_Event_fields, event), frame.payload);
+}
+
+void expect_event(const toml::table &fields, const Frame &frame) {
+    fields.contains("bins") ? expect_latency(fields, frame) : expect_status(fields, frame);
+}
+
 struct Kind {
     const char *name;
     std::uint8_t number;
@@ -210,7 +231,7 @@ constexpr Kind kinds[] = {
     {"HELLO", GN_FRAME_HELLO, expect_hello},
     {"REQUEST", GN_FRAME_REQUEST, expect_request},
     {"REPLY", GN_FRAME_REPLY, expect_reply},
-    {"EVENT", GN_FRAME_EVENT, expect_status},
+    {"EVENT", GN_FRAME_EVENT, expect_event},
     {"SAMPLES", GN_FRAME_SAMPLES, expect_samples},
     {"POSES", GN_FRAME_POSES, expect_poses},
     {"KNOTS", GN_FRAME_KNOTS, expect_knots},

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
+from gonio.link.device import may_be_same
 from gonio.units.errors import InstrumentFault, UsageError
 
 _ANSWER_TIMEOUT_S = 10.0  # the driver polls between frames: 100 ms, more while it computes
@@ -60,7 +61,8 @@ class ControlSocket:
         with suppress(ValueError):
             document = json.loads(message)
             if isinstance(document, dict) and document.get("command") == "stop":
-                answer["ok"] = document.get("device") in (None, self._device)
+                asked = document.get("device")
+                answer["ok"] = asked is None or may_be_same(self._device, str(asked))
         return answer
 
     def __enter__(self) -> Self:

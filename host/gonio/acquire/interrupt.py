@@ -1,12 +1,15 @@
 """interrupt.py: how a running scan is asked to stop: Ctrl-C, SIGTERM, or gonio stop through the control socket."""
 
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Self
 
 from gonio.acquire.control import ControlSocket
+from gonio.link.client import Client
 from gonio.protocol.generated import gonio_pb2 as pb
-from gonio.units.errors import GonioError
+from gonio.units.errors import GonioError, InstrumentFault
 
 
 class ScanStopped(GonioError):  # noqa: N818 - nothing went wrong: someone asked
@@ -19,6 +22,18 @@ def stop_from_elsewhere(event: pb.Event, interrupt: "Interrupt") -> None:
     """A visitor's stop counts whatever the scan is doing, standing still included."""
     if event.WhichOneof("body") == "stop":
         interrupt.ask(f"another program ({event.stop.reason})")
+
+
+@contextmanager
+def a_stop_is_no_fault(interrupt: "Interrupt", client: Client) -> Iterator[None]:
+    """A stop ends the firmware's operations with sentences of their own: raises ScanStopped for them when somebody had
+    asked for it and the instrument has no fault."""
+    try:
+        yield
+    except InstrumentFault:
+        if client.fault is None:
+            interrupt.check()
+        raise
 
 
 class Interrupt:

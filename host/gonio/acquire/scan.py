@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from gonio.acquire.interrupt import Interrupt, ScanStopped, stop_from_elsewhere
+from gonio.acquire.awake import SleepWatch, kept_awake
+from gonio.acquire.interrupt import Interrupt, ScanStopped, a_stop_is_no_fault, stop_from_elsewhere
 from gonio.acquire.operator import Operator
 from gonio.acquire.progress import ScanProgress
 from gonio.acquire.resume import check_same_scan, digest, remaining_program
 from gonio.acquire.runner import Runner
 from gonio.acquire.session import Session
 from gonio.link.client import SOFTWARE, Client
+from gonio.link.connect import open_transport
 from gonio.link.device import Device
-from gonio.link.transport import open_transport
 from gonio.plan.moves import starting_at
 from gonio.plan.program import PathStep, Program
 from gonio.protocol.blocks import sample_block
@@ -56,7 +57,12 @@ def scan(request: ScanRequest, operator: Operator, interrupt: Interrupt) -> Path
     if path.exists():
         raise UsageError(f"{path}: exists and is never overwritten: choose another name or --resume")
     interrupt.check()
+    progress = ScanProgress(program.duration_s)
+    checks = [interrupt.check]
     with ExitStack() as stack:
+        if not request.device.lock_step:  # a twin in virtual time may sleep with us
+            stack.enter_context(kept_awake(progress.say))
+            checks.append(SleepWatch().check)
         transport = stack.enter_context(
             open_transport(request.device, truth=request.twin_truth, journal=request.twin_journal)
         )
@@ -64,8 +70,13 @@ def scan(request: ScanRequest, operator: Operator, interrupt: Interrupt) -> Path
         writer = stack.enter_context(RawLogWriter(path, _metadata(request, program, segments, client)))
         client.on_frame = lambda frame: writer.write(frame, client.link_time_ns)
         client.on_request = lambda raw: writer.write_request(raw, client.link_time_ns)
-        client.before_receive = interrupt.check
-        progress = stack.enter_context(ScanProgress(program.duration_s))
+
+        def before_receive() -> None:
+            for check in checks:
+                check()
+
+        client.before_receive = before_receive
+        stack.enter_context(progress)
         session = Session(client, request.instrument)
         runner = Runner(session, operator, progress)
 
@@ -74,19 +85,21 @@ def scan(request: ScanRequest, operator: Operator, interrupt: Interrupt) -> Path
             runner.take_event(event)
 
         client.on_event = on_event
-        _run(session, runner, program)
+        _run(session, runner, program, interrupt)
         writer.finish()
     return path
 
 
-def _run(session: Session, runner: Runner, program: Program) -> None:
+def _run(session: Session, runner: Runner, program: Program, interrupt: Interrupt) -> None:
     try:
-        session.make_ready()
-        session.lamp_on()
-        session.acquire(True)
-        runner.run(starting_at(program, np.array(session.status().position_counts), session.instrument))
-        session.shutter(False)
-        session.acquire(False)
+        with a_stop_is_no_fault(interrupt, session.client):
+            session.make_ready()
+            session.info()  # with the drives' notes; the reply goes into the raw log
+            session.lamp_on()
+            session.acquire(True)
+            runner.run(starting_at(program, np.array(session.status().position_counts), session.instrument))
+            session.shutter(False)
+            session.acquire(False)
     except ScanStopped as stop:
         session.stop(str(stop)[:60])
         session.acquire(False)

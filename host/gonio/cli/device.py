@@ -15,7 +15,7 @@ DeviceOption = Annotated[
         "--device",
         metavar="DEVICE",
         envvar="GONIO_DEVICE",
-        help="twin:SCENARIO.toml (virtual time) or tcp://HOST:PORT.",
+        help="usb:, usb:SERIAL, tcp://HOST:PORT, or twin:SCENARIO.toml (virtual time).",
     ),
 ]
 InstrumentOption = Annotated[
@@ -42,7 +42,7 @@ def twin_run(
     journal: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the final state, JSON.")] = None,
 ) -> None:
     """Start a simulated instrument and print its address; Ctrl-C ends it."""
-    from gonio.link.transport import twin_program
+    from gonio.link.twin import twin_program
 
     program = twin_program()
     command = [str(program), str(scenario), "--virtual" if virtual else "--paced", "--listen", listen]
@@ -54,8 +54,8 @@ def twin_run(
 def info(device: DeviceOption, as_json: JsonOption = False) -> None:
     """Say what the instrument is and how it is."""
     from gonio.link.client import Client
+    from gonio.link.connect import open_transport
     from gonio.link.device import parse_device
-    from gonio.link.transport import open_transport
     from gonio.protocol.generated import gonio_pb2 as pb
     from gonio.protocol.messages import state_name
 
@@ -70,6 +70,8 @@ def info(device: DeviceOption, as_json: JsonOption = False) -> None:
         "state": state_name(answer.state),
         "driver_connected": answer.driver_connected,
         "last_fault": answer.last_fault,
+        "kernel": answer.kernel,
+        "realtime": answer.realtime,
         "nodes": [
             {
                 "node": node.node,
@@ -87,6 +89,8 @@ def info(device: DeviceOption, as_json: JsonOption = False) -> None:
         typer.echo(json.dumps(report))
         return
     typer.echo(f"{answer.device}, firmware {answer.firmware}, state {state_name(answer.state)}")
+    if answer.kernel:  # none in virtual time
+        typer.echo(f"{answer.kernel}, PREEMPT_RT: {'yes' if answer.realtime else 'no'}")
     if answer.last_fault:
         typer.echo(f"last fault: {answer.last_fault}")
     for node in answer.nodes:
@@ -99,11 +103,11 @@ def home(device: DeviceOption, instrument: InstrumentOption = None) -> None:
     from contextlib import ExitStack
 
     from gonio.acquire.control import ControlSocket
-    from gonio.acquire.interrupt import Interrupt, ScanStopped
+    from gonio.acquire.interrupt import Interrupt, ScanStopped, a_stop_is_no_fault, stop_from_elsewhere
     from gonio.acquire.session import Session
     from gonio.link.client import Client
+    from gonio.link.connect import open_transport
     from gonio.link.device import parse_device
-    from gonio.link.transport import open_transport
     from gonio.units.instrument import load_instrument
 
     described = load_instrument(instrument)
@@ -113,9 +117,11 @@ def home(device: DeviceOption, instrument: InstrumentOption = None) -> None:
         interrupt = stack.enter_context(Interrupt(control))
         client = stack.enter_context(Client(open_transport(named)))
         client.before_receive = interrupt.check
+        client.on_event = lambda event: stop_from_elsewhere(event, interrupt)
         session = Session(client, described)
         try:
-            session.make_ready()
+            with a_stop_is_no_fault(interrupt, client):
+                session.make_ready()
         except ScanStopped as stopped:
             session.stop(str(stopped))
             raise
@@ -132,8 +138,8 @@ def stop(
     """Stop a running scan, from anywhere and at any time: controlled stop, shutter closed."""
     from gonio.acquire.control import stop_running
     from gonio.link.client import Client
+    from gonio.link.connect import open_transport
     from gonio.link.device import parse_device
-    from gonio.link.transport import open_transport
     from gonio.protocol.generated import gonio_pb2 as pb
     from gonio.units.errors import UsageError
 

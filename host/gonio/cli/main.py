@@ -9,7 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 from typer.exceptions import TyperException
 
-from gonio.cli import data, device, scan, simulate
+from gonio.cli import data, device, drives, scan, simulate
 from gonio.units.errors import GonioError
 
 INTERNAL_ERROR = 70  # sysexits.h: EX_SOFTWARE
@@ -25,6 +25,7 @@ app = typer.Typer(
 )
 device.register(app)
 scan.register(app)
+drives.register(app)
 simulate.register(app)
 data.register(app)
 

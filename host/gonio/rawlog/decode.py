@@ -71,3 +71,10 @@ def decode_pose_blocks(payloads: Sequence[bytes | memoryview]) -> NDArray[np.voi
     """The poses of POSES payloads in order, POSE_DTYPE, shape (n,)."""
     size = records.POSE_BLOCK_DTYPE.itemsize
     return np.frombuffer(b"".join(memoryview(payload)[size:] for payload in payloads), records.POSE_DTYPE)
+
+
+def decode_pose_sigmas(payloads: Sequence[bytes | memoryview]) -> NDArray[np.float32]:
+    """Standard uncertainty of each pose's sync_time_ns in us, as its block's header has it, shape (n,)."""
+    size = records.POSE_BLOCK_DTYPE.itemsize
+    headers = np.frombuffer(b"".join(payload[:size] for payload in payloads), records.POSE_BLOCK_DTYPE)
+    return np.repeat(headers["sync_stamp_sigma_us"], headers["count"])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gonio.protocol.generated import gonio_pb2 as pb
 from gonio.protocol.generated import records
-from gonio.rawlog.decode import decode_pose_blocks, decode_sample_blocks
+from gonio.rawlog.decode import decode_pose_blocks, decode_pose_sigmas, decode_sample_blocks
 from gonio.rawlog.segment_reader import Segment, read_segment
 from gonio.units.errors import UsageError
 
@@ -20,7 +20,7 @@ class RawLog:
     """A raw log as it came over the link. Every segment has its own boot: sample numbers, SYNC numbers and controller
     time start anew, so `sample_segment`, `pose_segment` and `event_segment` (index from 0) go with them.
 
-    Arrays `sample_*` have shape (n,), `poses` and `pose_segment` (m,), `sample_blocks` one row per block.
+    Arrays `sample_*` have shape (n,), `poses` and `pose_*` (m,), `sample_blocks` one row per block.
     """
 
     metadata: dict[str, Any]  # of the first segment (program, plan, instrument text, versions); paths of all segments
@@ -32,6 +32,7 @@ class RawLog:
     sample_segment: NDArray[np.int32]
     sample_blocks: NDArray[np.void]  # SAMPLE_BLOCK_DTYPE
     poses: NDArray[np.void]  # POSE_DTYPE
+    pose_sigma_us: NDArray[np.float32]  # standard uncertainty of sync_time_ns, of the CAN interface
     pose_segment: NDArray[np.int32]
     events: list[pb.Event]
     event_segment: list[int]
@@ -96,6 +97,7 @@ def read_rawlog(paths: Sequence[Path]) -> RawLog:
         sample_segment=_segment_index([len(part.samples) for part in decoded]),
         sample_blocks=np.frombuffer(headers, records.SAMPLE_BLOCK_DTYPE),
         poses=np.concatenate(poses),
+        pose_sigma_us=np.concatenate([decode_pose_sigmas(segment.pose_payloads) for segment in segments]),
         pose_segment=_segment_index([len(part) for part in poses]),
         events=[event for segment in segments for event in segment.events],
         event_segment=[index for index, segment in enumerate(segments) for _ in segment.events],

@@ -47,6 +47,7 @@ class Segment:
     pose_payloads: list[memoryview] = field(default_factory=list)
     events: list[pb.Event] = field(default_factory=list)
     requests: list[pb.Request] = field(default_factory=list)
+    info: pb.Info | None = None  # what the firmware last said of itself and the drives: after boot, with their notes
     messages: int = 0
     link_gap_frames: int = 0  # firmware frames that the host never got
     complete: bool = False  # the footer is there
@@ -165,6 +166,9 @@ class _Parser:
                 segment.pose_payloads.append(payload)
             elif frame.kind == records.FRAME_EVENT:
                 segment.events.append(pb.Event.FromString(bytes(payload)))
+            elif frame.kind == records.FRAME_REPLY:
+                reply = pb.Reply.FromString(bytes(payload))
+                segment.info = reply.info if reply.HasField("info") else segment.info
             elif frame.kind == records.FRAME_REQUEST:
                 segment.requests.append(pb.Request.FromString(bytes(payload)))
                 return

@@ -3,8 +3,10 @@
 Unchunked and uncompressed: a chunk that a killed writer leaves open is lost with all that is in it.
 """
 
+import errno
 import os
 import time
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,7 +17,8 @@ from gonio.protocol.generated import records
 from gonio.rawlog.layout import FRAME_ENCODING, META_TOPIC, PROFILE, TOPICS, pack_metadata, schema_of
 from gonio.units.errors import UsageError
 
-SYNC_INTERVAL_S = 1.0  # wall time that a power cut may cost
+SYNC_INTERVAL_S = 1.0  # real time that a power cut may cost
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # disk, quota, or the largest file that is allowed
 
 
 class RawLogWriter:
@@ -38,23 +41,41 @@ class RawLogWriter:
         self._writer = Writer(
             self._file, compression=CompressionType.NONE, index_types=IndexType.NONE, use_chunking=False
         )
+        self._channels: dict[int, int] = {}
+        try:
+            self._begin(metadata)
+        except (OSError, UsageError) as error:
+            self._file.raw.close()
+            path.unlink()  # nothing is in it that --resume could go on from
+            raise error if isinstance(error, UsageError) else self._failure(error) from error
+
+    def _begin(self, metadata: dict[str, Any]) -> None:
+        """Schemas, channels and metadata; on the disk before the first frame comes."""
         self._writer.start(profile=PROFILE, library="gonio")
         schema = self._writer.register_schema("gonio.metadata", "", b"")
-        self._meta_channel = self._writer.register_channel(META_TOPIC, "json", schema)
-        self._channels: dict[int, int] = {}
+        meta_channel = self._writer.register_channel(META_TOPIC, "json", schema)
         schemas: dict[str, int] = {}
         for kind, topic in TOPICS.items():
             name, encoding, data = schema_of(kind)
             if name not in schemas:
                 schemas[name] = self._writer.register_schema(name, encoding, data)
             self._channels[kind] = self._writer.register_channel(topic, FRAME_ENCODING, schemas[name])
-        self._add(self._meta_channel, pack_metadata(metadata), 0)
+        self._add(meta_channel, pack_metadata(metadata), 0)
         self._sync()
-        directory = os.open(path.resolve().parent, os.O_RDONLY)
+        directory = os.open(self.path.resolve().parent, os.O_RDONLY)
         try:
             os.fsync(directory)
         finally:
             os.close(directory)
+
+    def _failure(self, error: OSError) -> UsageError:
+        """The rest would not follow on: no more is written. What is there stays readable to its last whole frame."""
+        self._failed = True
+        remedy = "free space" if error.errno in _NO_ROOM else "check the disk"
+        return UsageError(
+            f"{self.path}: cannot be written ({error.strerror}), so the scan ends here: {remedy}, then continue with"
+            " --resume"
+        )
 
     def _add(self, channel: int, data: bytes, time_ns: int) -> None:
         if self._failed:
@@ -66,8 +87,7 @@ class RawLogWriter:
             if time.monotonic() - self._synced_at >= SYNC_INTERVAL_S:
                 self._sync()
         except OSError as error:
-            self._failed = True  # the rest would not follow on; what is there stays readable
-            raise UsageError(f"{self.path}: cannot be written: {error.strerror}; the scan ends here") from error
+            raise self._failure(error) from error
         self._count += 1
 
     def _sync(self) -> None:
@@ -91,19 +111,27 @@ class RawLogWriter:
         return self._file.fileno()
 
     def finish(self) -> None:
-        """Write the footer and close: the reader then knows that nothing is missing. Safe to call twice."""
+        """Write the footer and close: the reader then knows that nothing is missing. Safe to call twice.
+
+        Raises UsageError when the footer has no room.
+        """
         if self._finished:
             return
         self._finished = True
-        if self._failed:
-            self._file.raw.close()  # what is still buffered has nowhere to go
-            return
-        self._writer.finish()
-        self._sync()
-        self._file.close()
+        try:
+            if not self._failed:
+                self._writer.finish()
+                self._sync()
+        except OSError as error:
+            raise self._failure(error) from error
+        finally:
+            # What is still buffered after a failure has nowhere to go.
+            (self._file.raw if self._failed else self._file).close()
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.finish()
+    def __exit__(self, kind: object, *_: object) -> None:
+        # What ended the scan is what the user must read.
+        with suppress(UsageError) if kind else nullcontext():
+            self.finish()

@@ -15,7 +15,8 @@ FloatArray = NDArray[np.float64]
 # Positions at these many missing SYNCs inside the four used are still interpolated; beyond, the pose counts as lost. At
 # the limit a cubic over 12 ms errs by under 1e-4 degrees for a fourth derivative of 2e4 deg/s^4 (hard jerk changes).
 MAX_MISSING_SYNCS = 3
-_UNUSABLE = records.POSE_ECHO_LOST | records.POSE_POSITION_UNKNOWN
+# The time of a CLOCK_STEP pose was mapped across a step of the controller's clock: nobody knows when it was.
+_UNUSABLE = records.POSE_ECHO_LOST | records.POSE_POSITION_UNKNOWN | records.POSE_CLOCK_STEP
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class PoseTrack:
     @classmethod
     def from_poses(cls, poses: NDArray[np.void], axes: Sequence[Axis]) -> "PoseTrack":
         """`poses`: POSE_DTYPE, shape (m,), of one segment. A position counts if its drive answered that SYNC in time,
-        the SYNC's own echo was seen and the position is known; times must rise."""
+        the SYNC's own echo was seen and its time is known, and so is the position; times must rise."""
         origin_ns = int(poses["sync_time_ns"][0]) if len(poses) else 0
         # Differences of int64 first: absolute nanoseconds do not fit a float.
         time_ns = (poses["sync_time_ns"] - origin_ns).astype(np.float64)
@@ -70,6 +71,14 @@ class PoseTrack:
         q_deg[lost] = np.nan
         flags = np.where(lost, PointFlag.POSE_LOST, np.where(missing > 0, PointFlag.INTERPOLATED_POSE, 0))
         return q_deg, flags.astype(np.uint16)
+
+
+def time_u_us(axis: Axis, stamp_sigma_us: NDArray[np.float32]) -> float:
+    """Standard uncertainty of the time when an axis stood at a position: of its latch delay and of the SYNC's stamps
+    (m,), which are independent."""
+    stamps_us = stamp_sigma_us.astype(np.float64)
+    known_us = stamps_us[np.isfinite(stamps_us)]
+    return float(np.hypot(axis.latch_delay_u_us, np.sqrt(np.mean(known_us**2)) if len(known_us) else 0.0))
 
 
 def _divided_differences(t: FloatArray, y: FloatArray) -> FloatArray:

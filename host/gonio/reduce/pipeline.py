@@ -12,13 +12,14 @@ from gonio.geometry.cells import covered_cells_sr
 from gonio.geometry.directions import angle_between_deg, angles_deg_from_unit, unit_from_angles_deg
 from gonio.rawlog.reader import RawLog
 from gonio.reduce.beam import Beam, measure_beam
+from gonio.reduce.controller import controller_facts
 from gonio.reduce.corrections import shot_variance_per_count, smooth_variance
 from gonio.reduce.flown import Flown, Losses, flown_paths
 from gonio.reduce.integrals import integrals
 from gonio.reduce.masks import shade_angle_deg
 from gonio.reduce.peaks import measure_peak
 from gonio.reduce.points import Points, Scale, binned, cells, distribution_of, points_of, unreachable_points
-from gonio.reduce.timeline import last_counters
+from gonio.reduce.timeline import counted
 from gonio.units.errors import UsageError
 from gonio.units.instrument import parse_instrument
 from gonio.units.version import gonio_version
@@ -98,6 +99,7 @@ def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None) -> Datas
                 "monitor_variance_rel": scale.monitor_variance_rel,
             },
             "shade_angle_deg": shade_deg,
+            **({"controller": facts} if (facts := controller_facts(rawlog, instrument)) else {}),
             "versions": {"gonio": gonio_version(), "numpy": np.__version__, "scipy": scipy.__version__},
             "scan": {key: value for key, value in metadata.items() if key not in ("instrument", "unreachable")},
         },
@@ -203,7 +205,7 @@ def _counters(rawlog: RawLog, losses: Losses) -> dict[str, int]:
     total: dict[str, int] = {}
     for segment in range(max(rawlog.event_segment, default=-1) + 1):
         events = [e for e, of in zip(rawlog.events, rawlog.event_segment, strict=True) if of == segment]
-        for name, value in last_counters(events).items():
+        for name, value in counted(events, int(rawlog.time_origin_ns[segment])).items():
             total[name] = total.get(name, 0) + value
     total["points_pose_lost"] = losses.pose_lost
     total["points_clock_unsettled"] = losses.clock_unsettled

@@ -70,10 +70,36 @@ def inside(time_ns: NDArray[np.int64], intervals_ns: NDArray[np.int64]) -> NDArr
     return np.asarray((index >= 0) & (time_ns <= intervals_ns[np.maximum(index, 0), 1]))
 
 
-def last_counters(events: Sequence[pb.Event]) -> dict[str, int]:
-    """The firmware's last counters of lost samples, edges and frames, by protocol name; zeros when it sent none."""
-    latest = pb.Counters()
-    for event in events:
-        if event.WhichOneof("body") == "counters":
-            latest = event.counters
-    return {field.name: int(getattr(latest, field.name)) for field in pb.Counters.DESCRIPTOR.fields}
+# These run from the firmware's start, through all scans; the others begin with the acquisition.
+_SINCE_START = frozenset(
+    (
+        "syncs",
+        "sync_echoes_lost",
+        "tpdo_late",
+        "tpdo_missing",
+        "tpdo_duplicate",
+        "can_overflow",
+        "can_error_frames",
+        "poses_dropped",
+        "cycles_missed",
+        "can_setpoints_dropped",
+        "can_bus_offs",
+        "clock_steps",
+        "edges_lost",
+    )
+)
+
+
+def counted(events: Sequence[pb.Event], first_sample_ns: int) -> dict[str, int]:
+    """What the firmware counted in a segment (lost samples, edges, frames, ...), by protocol name; zeros when it sent
+    no counters. What it had counted before the first sample, in earlier scans too, is not part of it."""
+    reports = [event for event in events if event.WhichOneof("body") == "counters"]
+    last = reports[-1].counters if reports else pb.Counters()
+    earlier = [report for report in reports if report.time_ns <= first_sample_ns]
+    # A scan of an instrument that is homed takes its first sample before the first report is due, at most a second on.
+    before = (earlier[-1:] or reports[:-1][:1] or [pb.Event()])[-1].counters
+    return {
+        field.name: int(getattr(last, field.name))
+        - (int(getattr(before, field.name)) if field.name in _SINCE_START else 0)
+        for field in pb.Counters.DESCRIPTOR.fields
+    }

@@ -13,6 +13,7 @@ from gonio.formats.klems_matrices import BANDS, PROCESSES, SIDES, build
 from gonio.reduce.truth_beside import KnownTruth
 from gonio.report import figures, tables
 from gonio.report.comparison import known_values, word_for
+from gonio.report.controller import controller
 from gonio.report.html_parts import (
     bullets,
     facts,
@@ -55,6 +56,7 @@ def render(dataset: Dataset, truth: KnownTruth | None = None) -> str:
         ("Path", _path(dataset)),
         ("Reference beam", _beam(dataset)),
         ("Lost and masked", _losses(dataset)),
+        ("Controller", controller(dataset)),
         ("Klems matrices", _klems(dataset)),
         ("Provenance", _provenance(dataset)),
     ]

@@ -14,8 +14,8 @@ import pytest
 from twin_runs import QUIET, journal, run
 
 from gonio.link.client import Client
+from gonio.link.connect import open_transport
 from gonio.link.device import parse_device
-from gonio.link.transport import open_transport
 from gonio.protocol.generated import gonio_pb2 as pb
 
 pytestmark = pytest.mark.twin
@@ -72,8 +72,8 @@ def test_home_on_the_network_is_stopped_by_a_visitor(twin: tuple[subprocess.Pope
     # Another user's: it finds no process that drives, and asks the instrument itself.
     assert run(tmp_path, "stop", "--device", device) == (0, f"{device} stops\n", "")
     out, err = home.communicate(timeout=GIVE_UP_S)
-    assert (home.returncode, out) == (3, "")
-    assert err == "gonio: stopped by request; home again\n"
+    assert (home.returncode, out) == (130, "")
+    assert err == "gonio: stopped by another program (gonio stop)\n"
     assert json.loads(run(tmp_path, "info", "--device", device, "--json")[1])["state"] == "unhomed"
 
     process.send_signal(signal.SIGTERM)

@@ -101,6 +101,9 @@ def test_unbroken_scan_is_whole(unbroken: Path) -> None:
     log = read_rawlog([unbroken])
     assert log.problem is None
     assert log.segments[0].link_gap_frames == 0
+    info = log.segments[0].info
+    assert info is not None
+    assert [node.device_type for node in info.nodes] == [0x00040192] * 4  # asked after boot: servo drives, CiA 402
     kinds = {path["path_id"]: path["kind"] for path in log.metadata["paths"]}
     assert measured(log.segments[0]).done == set(kinds)
     assert set(kinds.values()) == {"move", "reference", "coarse", "peak"}

@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from gonio.link import transport
-from gonio.link.device import DEFAULT_PORT, parse_device
-from gonio.link.transport import open_transport
+from gonio.link.connect import open_transport
+from gonio.link.device import DEFAULT_PORT, UsbAddress, may_be_same, parse_device
+from gonio.link.twin import TwinTransport
 from gonio.units.errors import InstrumentFault, UsageError
 
 
@@ -22,11 +23,45 @@ def test_names(tmp_path: Path) -> None:
     assert parse_device("tcp://[::1]:4000").host == "::1"
 
 
-@pytest.mark.parametrize("name", ["", "twin:missing.toml", "tcp://", "tcp://host:port", "usb:", "127.0.0.1:4000"])
+@pytest.mark.parametrize("name", ["", "twin:missing.toml", "tcp://", "tcp://host:port", "usb:A@1209", "127.0.0.1:4000"])
 def test_other_names_are_refused_in_one_line(name: str) -> None:
     with pytest.raises(UsageError) as caught:
         parse_device(name)
     assert "\n" not in str(caught.value)
+
+
+def test_names_of_usb_devices(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("GONIO_USB_ID", raising=False)
+    assert parse_device("usb:").usb == UsbAddress(0x1209, 0x0001)
+    assert parse_device("usb:A7").usb == UsbAddress(0x1209, 0x0001, "A7")
+    assert parse_device("usb:A7@1d6b:0104").usb == UsbAddress(0x1D6B, 0x0104, "A7")
+    assert parse_device("usb:@1D6B:0104").usb == UsbAddress(0x1D6B, 0x0104)
+    assert not parse_device("usb:").lock_step
+    monkeypatch.setenv("GONIO_USB_ID", "1d6b:0105")
+    assert parse_device("usb:A7").usb == UsbAddress(0x1D6B, 0x0105, "A7")
+    assert parse_device("usb:A7@1209:0001").usb == UsbAddress(0x1209, 0x0001, "A7")
+    monkeypatch.setenv("GONIO_USB_ID", "nonsense")
+    with pytest.raises(UsageError, match="GONIO_USB_ID"):
+        parse_device("usb:")
+
+
+@pytest.mark.parametrize(
+    ("ours", "asked", "same"),
+    [
+        ("usb:", "usb:A7", True),
+        ("usb:A7", "usb:", True),
+        ("usb:A7", "usb:A7@1209:0001", True),
+        ("usb:A7", "usb:B1", False),
+        ("usb:", "usb:@1d6b:0104", False),
+        ("usb:A7", "tcp://127.0.0.1", False),
+        ("usb:", "usb:@nonsense", False),
+    ],
+)
+def test_a_stop_by_another_name_of_the_same_instrument(
+    ours: str, asked: str, same: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("GONIO_USB_ID", raising=False)
+    assert may_be_same(ours, asked) is same
 
 
 def test_twin_that_is_not_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -72,7 +107,7 @@ def test_a_twin_that_traces_is_waited_for_and_one_that_is_silent_is_not(
     monkeypatch.setenv("GONIO_TWIN", str(program))
     monkeypatch.setattr(transport, "LOCK_STEP_SILENCE_S", 0.1)
     with open_transport(parse_device(f"twin:{scenario}")) as link:
-        assert link.twin
+        assert isinstance(link, TwinTransport)
         assert link.receive() == b"x"
         assert not link.twin.tracing()
         assert link.twin.last_words() == ""  # what it tells of its light is no complaint

@@ -220,6 +220,7 @@ class Scan:
             sample_segment=np.zeros(count, dtype=np.int32),
             sample_blocks=np.zeros(0, dtype=SAMPLE_BLOCK_DTYPE),
             poses=poses,
+            pose_sigma_us=np.zeros(len(poses), dtype=np.float32),
             pose_segment=np.zeros(len(poses), dtype=np.int32),
             events=self.events,
             event_segment=[0] * len(self.events),

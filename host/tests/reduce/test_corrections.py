@@ -15,7 +15,7 @@ from gonio.protocol.generated.records import (
     SAMPLE_MONITOR_SATURATED,
 )
 from gonio.reduce.corrections import Dark, Gains, light_of, shot_variance_per_count
-from gonio.reduce.timeline import inside, last_counters, path_intervals, shutter_closed_ns
+from gonio.reduce.timeline import counted, inside, path_intervals, shutter_closed_ns
 from gonio.units.instrument import load_instrument
 
 GAINS = Gains.of(load_instrument(None))
@@ -130,5 +130,18 @@ def test_events_give_paths_shutter_and_counters() -> None:
     assert ((closed - ORIGIN_NS) / 1e6).tolist() == [[100.0, 900.0], [2000.0, 3000.0]]
     times = ORIGIN_NS + np.array([0, 100, 500, 900, 950, 2500, 4000]) * 1_000_000
     assert inside(times, closed).tolist() == [False, True, True, True, False, True, False]
-    assert last_counters(events)["strobes_lost"] == 5
-    assert last_counters([])["tpdo_late"] == 0
+    assert counted(events, 0)["strobes_lost"] == 5
+    assert counted([], 0)["tpdo_late"] == 0
+
+
+def test_what_earlier_scans_lost_is_not_counted_again() -> None:
+    """SYNC's counters run from the firmware's start, the samples' from the acquisition's."""
+    reports = [
+        pb.Event(time_ns=second * 10**9, counters=pb.Counters(tpdo_missing=missing, samples_lost=lost, cycles_missed=2))
+        for second, missing, lost in ((1, 7, 90), (2, 8, 90), (4, 8, 1), (5, 11, 3))
+    ]
+    found = counted(reports, 3 * 10**9)
+    assert (found["tpdo_missing"], found["samples_lost"], found["cycles_missed"]) == (3, 3, 0)
+    # A homed instrument: the first report comes when samples are already there.
+    assert counted(reports, 10**8)["tpdo_missing"] == 4
+    assert counted(reports[-1:], 10**8)["tpdo_missing"] == 11

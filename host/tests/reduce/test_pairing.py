@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import PointFlag
-from gonio.protocol.generated.records import POSE_DTYPE, POSE_ECHO_LOST, POSE_TPDO_LATE
+from gonio.protocol.generated.records import POSE_CLOCK_STEP, POSE_DTYPE, POSE_ECHO_LOST, POSE_TPDO_LATE
 from gonio.reduce.pairing import PoseTrack
 from gonio.units.instrument import load_instrument
 
@@ -62,13 +62,13 @@ def test_a_cubic_in_time_is_found_exactly_at_unequal_spacing() -> None:
     np.testing.assert_allclose(q_deg[:, 0], expected, rtol=0.0, atol=1.0 / AXES[0].counts_per_deg)
 
 
-@pytest.mark.parametrize("lost", ["sync", "one_drive", "late", "echo"])
+@pytest.mark.parametrize("lost", ["sync", "one_drive", "late", "echo", "clock_step"])
 def test_a_lost_position_widens_the_stencil_and_is_flagged(lost: str) -> None:
     poses = make_poses(200)
     if lost == "sync":
         poses = np.delete(poses, 100)
-    elif lost == "echo":
-        poses["flags"][100] = POSE_ECHO_LOST
+    elif lost in ("echo", "clock_step"):  # the position is right, its time is not
+        poses["flags"][100] = POSE_ECHO_LOST if lost == "echo" else POSE_CLOCK_STEP
         poses["sync_time_ns"][100] += 700_000
     else:
         # What the drive sent too late, or not at all, must not be used.

@@ -3,6 +3,7 @@
 import base64
 import io
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -96,6 +97,26 @@ def test_page_is_well_formed_and_needs_no_network(page: str) -> None:
     assert all(a.startswith(("data:image/png;base64,", "#")) for a in outline.addresses)
     assert not re.search(r"url\(|@import|https?://", page)
     assert len(page) < 5_000_000
+
+
+def test_the_controller_is_shown_where_a_real_one_measured(dataset: Dataset, page: str) -> None:
+    assert "Controller" not in Outline(page).text  # a twin in virtual time
+    told = {
+        "kernel": "Linux 6.1.0 x86_64",
+        "realtime": False,
+        "notes": {"node 3": "no 0x6007"},
+        "latency": {"motion": {"wakeups": 1000, "max_us": 5000, "bins": [0, 0, 999, 0, 1]}},
+        "position_time_u_us": {"arm azimuth": 1.0, "arm elevation": 12.34},
+    }
+    counters = dataset.provenance["counters"] | {"cycles_missed": 17}
+    provenance = dataset.provenance | {"controller": told, "counters": counters}
+    text = Outline(render(replace(dataset, provenance=provenance))).text
+    for words in ("Linux 6.1.0 x86_64 has no PREEMPT_RT", "node 3: no 0x6007", "99.9% within", "1,000 4 5,000"):
+        assert words in text
+    for words in ("Cycles missed 17", "12.3 \u00b5s"):
+        assert words in text
+    provenance["controller"] = told | {"realtime": True}
+    assert "has no PREEMPT_RT" not in Outline(render(replace(dataset, provenance=provenance))).text
 
 
 def test_text_from_data_is_escaped(page: str) -> None:

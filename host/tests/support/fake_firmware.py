@@ -17,6 +17,8 @@ from gonio.protocol.generated import records
 
 TICK_NS = 100_000_000
 CREDIT_STEP = 60
+AHEAD_TICKS = 4  # in real time the host says a word at every second one
+GIVE_UP_S = 60.0
 
 
 class FakeFirmware:
@@ -47,6 +49,7 @@ class FakeFirmware:
         self.knots_received = 0
         self.knot_count = 0
         self._host_sequence = 0
+        self._unheard_ticks = 0  # since the host's last word
         self._decoder = FrameDecoder()
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listener.getsockname()[1]
@@ -101,6 +104,7 @@ class FakeFirmware:
             self.status.knot_credit = min(self.knot_count, self.knots_received + CREDIT_STEP)
             self.event(status=self.status)
             self._listen()
+            self._wait_for_host()
 
     def _read(self) -> list[Frame]:
         assert self._connection is not None
@@ -112,6 +116,16 @@ class FakeFirmware:
             frames = self._decoder.feed(data)
         self.received += frames
         return frames
+
+    def _wait_for_host(self) -> None:
+        """In real time: a host that is held up finds no more than a few ticks waiting for it, so that a slow machine
+        runs into no time-out."""
+        assert self._connection is not None
+        self._connection.settimeout(GIVE_UP_S)
+        self._unheard_ticks += 1
+        while not self.lock_step and self._unheard_ticks > AHEAD_TICKS:
+            for frame in self._read():
+                self._take(frame)
 
     def _listen(self) -> None:
         """Take frames: in lock-step until the host is idle after our last frame, else what comes within a moment."""
@@ -130,6 +144,7 @@ class FakeFirmware:
                     idle = frame.acknowledged >= answered and self.sequence == answered
 
     def _take(self, frame: Frame) -> None:
+        self._unheard_ticks = 0
         if frame.sequence:
             if frame.sequence != self._host_sequence + 1:
                 self.broken.append(f"host frame {frame.sequence} after {self._host_sequence}")

@@ -135,5 +135,49 @@ TEST(Can_bus, a_lost_frame_takes_its_time_and_reaches_nobody_and_a_delayed_one_c
     EXPECT_EQ(bus.frames(), 3U);
 }
 
+TEST(Can_bus, in_front_of_a_real_bus_frames_take_no_time_and_keep_their_order) {
+    Scheduler scheduler(1000);
+    Can_bus bus(scheduler, Can_bus::no_bit_times);
+    Recorder bridge;
+    Recorder drive;
+    bus.attach(bridge);
+    const int node = bus.attach(drive);
+    bus.send(node, make_frame(0x181, {1}));
+    bus.send(node, make_frame(0x181, {2}));
+    while (scheduler.run_one(1000)) {
+    }
+    ASSERT_EQ(bridge.frames.size(), 2U);
+    EXPECT_EQ(bridge.frames[0].stamp_ns, 1000);
+    EXPECT_EQ(bridge.frames[1].data[0], 2);
+}
+
+TEST(Can_bus, what_a_real_bus_carried_keeps_its_stamp_and_does_not_go_back) {
+    Scheduler scheduler(5000);
+    Can_bus bus(scheduler, Can_bus::no_bit_times);
+    Recorder bridge;
+    Recorder drive;
+    const int wire = bus.attach(bridge);
+    bus.attach(drive);
+    gn_can_frame sync = make_frame(0x080, {});
+    sync.stamp_ns = 4321;
+    bus.hear(wire, sync);
+    ASSERT_EQ(drive.frames.size(), 1U);
+    EXPECT_EQ(drive.frames[0].stamp_ns, 4321);
+    EXPECT_FALSE(drive.frames[0].own_echo);
+    EXPECT_TRUE(bridge.frames.empty());
+    bus.set_judge([](const gn_can_frame &, std::int64_t, std::int64_t &delay_ns) {
+        delay_ns = 100;
+        return Frame_fate::delay;
+    });
+    bus.hear(wire, sync);
+    EXPECT_EQ(drive.frames.size(), 1U);
+    while (scheduler.run_one(5100)) {
+    }
+    EXPECT_EQ(drive.frames.size(), 2U);
+    bus.set_judge([](const gn_can_frame &, std::int64_t, std::int64_t &) { return Frame_fate::lose; });
+    bus.hear(wire, sync);
+    EXPECT_EQ(drive.frames.size(), 2U);
+}
+
 } // namespace
 } // namespace gonio::sim

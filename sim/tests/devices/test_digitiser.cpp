@@ -161,4 +161,29 @@ TEST(Digitiser, ALostPacketLeavesAJumpOfTheCounter) {
     EXPECT_EQ(bench.digitiser.packets_lost(), 1U);
 }
 
+TEST(Digitiser, AFullBufferLosesPacketsAndTheNextOneSaysSo) {
+    Bench bench({.most_waiting_packets = 3});
+    bench.digitiser.start(1000, 10);
+    bench.run_until(310000000); // six packets of 50 ms
+    EXPECT_EQ(bench.digitiser.packets_lost(), 3U);
+    for (std::uint8_t packet = 0; packet < 3; ++packet) {
+        std::vector<std::uint8_t> const bytes = bench.read();
+        ASSERT_GE(bytes.size(), 12U);
+        EXPECT_EQ(bytes[2], packet);
+        EXPECT_EQ(bytes[10], 0) << "nothing was lost before it";
+    }
+    EXPECT_TRUE(bench.read().empty());
+    bench.run_until(410000000);
+    EXPECT_EQ(bench.read().at(2), 6) << "the counter counts what was lost";
+    bench.digitiser.start(1000, 10);
+    bench.run_until(410000000 + 310000000);
+    bench.read();
+    bench.run_until(410000000 + 360000000);
+    bench.read();
+    bench.read();
+    std::vector<std::uint8_t> const after = bench.read();
+    ASSERT_GE(after.size(), 12U);
+    EXPECT_EQ(after[10], 1) << "bit 0: the buffer overflowed before this packet";
+}
+
 } // namespace gonio::sim

@@ -85,4 +85,14 @@ TEST(Shutter, SpringClosesItWithoutWatchdogAndWhenNotAllowed) {
     EXPECT_FALSE(rig.shutter.is_open());
 }
 
+TEST(Interlocks, TheLimitLineIsOnlyALine) {
+    Chain chain;
+    EXPECT_TRUE(chain.interlocks.level(GN_LINE_LIMIT));
+    chain.interlocks.set_limit(false);
+    EXPECT_EQ(chain.lines, (std::vector<std::pair<std::uint32_t, bool>>{{GN_LINE_LIMIT, false}}));
+    EXPECT_TRUE(chain.torque.empty()) << "it stops nothing by itself";
+    chain.interlocks.set_limit(true);
+    EXPECT_TRUE(chain.interlocks.level(GN_LINE_LIMIT));
+}
+
 } // namespace gonio::sim

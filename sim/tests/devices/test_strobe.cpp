@@ -10,7 +10,9 @@ namespace {
 
 struct Line {
     explicit Line(double latency_us)
-        : strobe(scheduler, 7, latency_us, [this](const gn_edge &e) { edges.push_back(e); }) {}
+        : strobe(
+              scheduler, 7, latency_us, [this](const gn_edge &e) { edges.push_back(e); },
+              [this](bool high) { levels.emplace_back(scheduler.now_ns(), high); }) {}
     // A pulse of 2.5 ms every 10 ms.
     void pulses(int count) {
         for (int i = 0; i < count; ++i) {
@@ -23,6 +25,7 @@ struct Line {
     }
     Scheduler scheduler;
     std::vector<gn_edge> edges;
+    std::vector<std::pair<std::int64_t, bool>> levels;
     Strobe_line strobe;
 };
 
@@ -71,6 +74,39 @@ TEST(Strobe, ADisturbanceIsAShortPulse) {
     ASSERT_EQ(line.edges.size(), 6U);
     EXPECT_TRUE(line.edges[2].rising || line.edges[3].rising);
     EXPECT_EQ(line.edges[5].number, 6U);
+}
+
+TEST(Strobe, ARealLineShowsTheLevelAtOnceAndNoLostPulse) {
+    Line line(50.0);
+    line.pulses(1);
+    line.strobe.lose(1, true);
+    line.pulses(2);
+    EXPECT_EQ(line.levels, (std::vector<std::pair<std::int64_t, bool>>{
+                               {0, true}, {2500000, false}, {20000000, true}, {22500000, false}}));
+}
+
+TEST(Strobe, AStuckLineStaysHighAndFollowsAgainWhenFreed) {
+    Line line(0.0);
+    line.pulses(1);
+    line.strobe.stick(true);
+    EXPECT_TRUE(line.strobe.level());
+    line.pulses(3);
+    EXPECT_TRUE(line.strobe.level());
+    EXPECT_EQ(line.edges.size(), 3U) << "one pulse, and the rise to where it sticks";
+    line.strobe.stick(false);
+    EXPECT_FALSE(line.strobe.level());
+    line.pulses(1);
+    EXPECT_EQ(line.edges.size(), 6U);
+}
+
+TEST(Strobe, ADoubledPulseIsFollowedByOneOfHalfItsWidth) {
+    Line line(0.0);
+    line.strobe.double_pulses(2);
+    line.pulses(3);
+    ASSERT_EQ(line.levels.size(), 10U) << "two doubled, one plain";
+    EXPECT_EQ(line.levels[2], (std::pair<std::int64_t, bool>{2500000 + 625000, true}));
+    EXPECT_EQ(line.levels[3], (std::pair<std::int64_t, bool>{2500000 + 1875000, false}));
+    EXPECT_EQ(line.levels[8], (std::pair<std::int64_t, bool>{20000000, true}));
 }
 
 } // namespace gonio::sim

@@ -192,9 +192,8 @@ TEST(World, PairedPositionsAgreeWithTheTruth) {
     Recorded recorded;
     {
         Bench_host host(scenario.instrument, 12000);
-        host.on_block = [&](const gn_frame_header &header, const std::uint8_t *payload) {
-            recorded.take(header, payload);
-        };
+        host.watch_blocks(
+            [&](const gn_frame_header &header, const std::uint8_t *payload) { recorded.take(header, payload); });
         World world(scenario, host, truth_path);
         host.connect(world);
         while (!host.finished() && world.scheduler().run_one(longest_ns)) {

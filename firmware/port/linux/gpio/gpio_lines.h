@@ -21,7 +21,7 @@ enum gn_gpio_output { GN_GPIO_SHUTTER = 0, GN_GPIO_LAMP = 1, GN_GPIO_WATCHDOG = 
 struct gn_gpio_settings {
     struct gn_gpio_line inputs[GN_LINE_COUNT]; /* enum gn_line; an unused door, stop, STO or limit line reads high */
     struct gn_gpio_line outputs[GN_GPIO_OUTPUTS];
-    uint32_t event_buffer; /* edges that the kernel keeps for us, per line */
+    uint32_t event_buffer; /* edges that the kernel keeps for us, per line; at most 1024 per chip; 0: its own 16 */
 };
 
 #define GN_GPIO_FDS GN_LINE_COUNT

@@ -1,0 +1,1 @@
+"""Outside the virtual machine: rig files, boots, results, outcomes."""

@@ -1,0 +1,1 @@
+"""The small virtual machine: initial root, boot, limits."""
