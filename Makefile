@@ -33,7 +33,7 @@ help: ## this list
 setup: $(STAMPS)/apt-build .venv/.installed $(GENERATED)/.stamp $(GPIOD)/.unpacked ## system packages, virtual environment, generated code
 
 build: setup build/native/build.ninja ## goniod and twin
-	@ninja -C build/native --quiet goniod gonio-twin gonio-twin-bench gonio-twin-devices gonio-bench-host _photons
+	@ninja -C build/native --quiet goniod gonio-twin gonio-twin-bench gonio-twin-devices gonio-bench-host gonio-bench-sampler _photons
 
 demo: build ## measure a simulated sample from end to end; results in build/demo
 	@docs/examples/demo.sh $(DEMO)

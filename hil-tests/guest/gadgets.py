@@ -64,12 +64,12 @@ class Gadget:
         return (self.folder / "UDC").read_text().strip()
 
     def unplug(self) -> None:
-        """Pull the cable; the program lives on."""
-        (Path("/sys/class/udc") / self.controller / "soft_connect").write_text("disconnect")
+        """Pull the cable; the program lives on. (soft_connect would do, but dummy_hcd does not enumerate after it.)"""
+        (self.folder / "UDC").write_text("\n")
 
     def plug(self) -> None:
         """Put the cable back."""
-        (Path("/sys/class/udc") / self.controller / "soft_connect").write_text("connect")
+        self.bind()
 
 
 LINK = Gadget("gonio", 0x0001, "HIL0001", "dummy_udc.0", windows=True)

@@ -1,5 +1,6 @@
 """interfaces.py: the kernel interfaces of the virtual machine: CAN pairs, one chip of simulated GPIO lines."""
 
+import os
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ DEBUGFS = Path("/sys/kernel/debug")
 GPIO_LINES = 8
 BIT_RATE = 1_000_000
 RESTART_MS = 100
+SOFTIRQ_PRIORITY = 50  # SCHED_FIFO: above the twin, below goniod
 TRANSMIT_QUEUE = 32  # frames; the kernel's default of 10 is one cycle
 
 
@@ -35,6 +37,13 @@ def run(*command: str) -> str:
     if done.returncode:
         raise RigError(f"{' '.join(command)}: {(done.stderr or done.stdout).strip()}")
     return done.stdout
+
+
+def raise_softirqs() -> None:
+    """Frames and echoes pass through ksoftirqd on a busy machine: as on a real-time board it goes before the rest."""
+    for process in Path("/proc").glob("[0-9]*/comm"):
+        if process.read_text().startswith("ksoftirqd"):
+            os.sched_setscheduler(int(process.parent.name), os.SCHED_FIFO, os.sched_param(SOFTIRQ_PRIORITY))
 
 
 def set_up_can() -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from guest.gadgets import DIGITISER, LINK
-from guest.interfaces import CAN_PAIRS, GpioChip, can_up, set_up_can, set_up_gpio
+from guest.interfaces import CAN_PAIRS, GpioChip, can_up, raise_softirqs, set_up_can, set_up_gpio
 from guest.processes import Program, RigError
 from guest.twin_control import TwinControl
 
@@ -40,6 +40,7 @@ class Station:
 
     def set_up(self) -> None:
         """The kernel's side, once; candump, an independent program, writes down every frame of every bus."""
+        raise_softirqs()
         set_up_can()
         self._chip = set_up_gpio()
         for gadget in (LINK, DIGITISER):

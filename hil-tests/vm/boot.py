@@ -32,7 +32,8 @@ class Machine:
     lane: Lane
     results: Path
     limit_s: float
-    preload: tuple[Path, ...] = ()
+    preload: tuple[Path, ...] = ()  # timing lane: all that start.sh needs
+    start: str | None = None  # timing lane: start.sh itself
 
     def command(self, initial_root: Path) -> list[str]:
         """QEMU's command line. Two CAN cards on one bus, two USB device controllers in the kernel, no network."""
@@ -54,7 +55,7 @@ def boot(machine: Machine) -> Path:
         raise BootError(f"no {_QEMU}: apt install qemu-system-x86")
     machine.results.mkdir(parents=True, exist_ok=True)
     initial_root = machine.results / "initrd.gz"
-    initial_root.write_bytes(initrd(machine.preload))
+    initial_root.write_bytes(initrd(machine.preload, machine.start))
     serial = machine.results / "serial.log"
     with serial.open("wb") as log:
         process = subprocess.Popen(machine.command(initial_root), stdin=subprocess.DEVNULL, stdout=log, stderr=log)

@@ -16,7 +16,7 @@ class InitrdError(Exception):
     """The initial root cannot be made; the text says what to do."""
 
 
-def initrd(preload: Iterable[Path] = ()) -> bytes:
+def initrd(preload: Iterable[Path] = (), start: str | None = None) -> bytes:
     """A gzipped cpio archive (newc). `preload`: files, at their own paths; programs bring their libraries."""
     busybox = shutil.which("busybox")
     if busybox is None:
@@ -26,6 +26,8 @@ def initrd(preload: Iterable[Path] = ()) -> bytes:
         archive.folder(folder)
     archive.file("bin/busybox", Path(busybox).read_bytes(), 0o755)
     archive.file("init", (HERE / "init.sh").read_bytes(), 0o755)
+    if start is not None:
+        archive.file("start.sh", start.encode(), 0o755)
     for path in _with_libraries(preload):
         archive.file(str(path).lstrip("/"), path.read_bytes(), path.stat().st_mode & 0o777)
     return gzip.compress(archive.end(), compresslevel=1, mtime=0)

@@ -19,6 +19,7 @@ public:
     virtual bool show_error(const std::string &what) = 0;
     [[nodiscard]] virtual std::uint64_t frames_dropped() const = 0;
     void on_frame(Heard heard) { heard_ = std::move(heard); }
+    [[nodiscard]] bool stamped() const override { return true; }
 
 protected:
     void hear(const gn_can_frame &frame) const { heard_(frame); }

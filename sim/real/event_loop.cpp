@@ -29,16 +29,25 @@ void Event_loop::run(const std::atomic<bool> &ended) {
 
 void Event_loop::turn(std::int64_t longest_ns) {
     descriptors_.clear();
+    ends_.clear();
     for (const Source *source : sources_) {
         source->wait_for(descriptors_);
+        ends_.push_back(descriptors_.size());
     }
     std::int64_t const wait_ns =
         std::clamp<std::int64_t>(scheduler_.next_ns() - monotonic_ns(), 0, std::max<std::int64_t>(longest_ns, 0));
     timespec const timeout{wait_ns / second_ns, wait_ns % second_ns};
     ppoll(descriptors_.data(), descriptors_.size(), &timeout, nullptr);
     std::int64_t const now_ns = monotonic_ns();
-    for (Source *source : sources_) {
-        source->serve();
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+        bool woken = false;
+        for (; first < ends_.at(i); ++first) {
+            woken = woken || descriptors_.at(first).revents != 0;
+        }
+        if (woken || sources_.at(i)->stamped()) {
+            sources_.at(i)->serve();
+        }
     }
     while (scheduler_.run_one(now_ns)) {
     }

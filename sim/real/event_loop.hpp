@@ -20,8 +20,10 @@ class Source {
 public:
     virtual ~Source() = default;
     virtual void wait_for(std::vector<pollfd> &descriptors) const = 0;
-    // Takes what is there, without waiting; also called when nothing is.
+    // Takes what is there, without waiting; nothing may be.
     virtual void serve() = 0;
+    // What it brings carries stamps: it is served every turn, also when it woke nobody.
+    [[nodiscard]] virtual bool stamped() const { return false; }
 };
 
 class Event_loop {
@@ -41,6 +43,7 @@ private:
     Scheduler &scheduler_;
     std::vector<Source *> sources_;
     std::vector<pollfd> descriptors_;
+    std::vector<std::size_t> ends_; // of each source's part of them
 };
 
 } // namespace gonio::sim

@@ -184,6 +184,25 @@ TEST(Boot, units_that_are_no_encoder_counts_are_refused) {
                                   "set it to 0x00B50300 with the maker's tool");
 }
 
+TEST(Boot, read_only_transmission_type_must_be_the_one_that_is_needed) {
+    Bench fitting;
+    fitting.drives[0].objects[{0x1400, 2}] = {1, 1, Access::read_only};
+    fitting.drives[0].objects[{0x1400, 1}] = {0x201, 4, Access::read_only};
+    ASSERT_NO_FATAL_FAILURE(fitting.boot());
+    Bench other;
+    other.drives[0].objects[{0x1400, 2}] = {255, 1, Access::read_only};
+    EXPECT_EQ(boot_sentence(other), "sample azimuth (node 1): 0x1400:02 (RPDO1 transmission type) is to be 0x1 and "
+                                    "reads back 0xFF; the drive limits or ignores it: check the axis's limits");
+}
+
+TEST(Boot, drive_that_starts_without_tpdo_is_named) {
+    Bench bench;
+    bench.meddle = [](gn_can_frame &frame, std::int64_t &) { return frame.id == 0x183; };
+    EXPECT_EQ(boot_sentence(bench),
+              "arm azimuth (node 3): operational 2000 ms after its start, without TPDO1 (0x1800); "
+              "check 0x1800, 0x1A00 and the SYNC");
+}
+
 TEST(Boot, value_that_does_not_stick_is_a_read_back_fault) {
     Bench bench;
     bench.drives[2].objects[{0x6065, 0}].sticks = false;

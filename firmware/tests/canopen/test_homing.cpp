@@ -113,6 +113,40 @@ TEST(Homing, mode_that_is_not_taken_is_a_fault_before_anything_moves) {
     EXPECT_TRUE(bench.drives[3].controlwords.empty());
 }
 
+TEST(Homing, each_way_in_which_its_sdo_transfers_can_fail_is_named) {
+    struct {
+        int index;
+        bool silent;
+        gonio_FaultCode code;
+        const char *words;
+    } const cases[] = {
+        {0x6060, false, gonio_FaultCode_FAULT_SDO_ABORT, "writing of 0x6060 (mode) aborted: object is read only"},
+        {0x6060, true, gonio_FaultCode_FAULT_SDO_TIMEOUT, "no answer to 0x6060 (mode) within 200 ms"},
+        {0x6061, false, gonio_FaultCode_FAULT_SDO_ABORT,
+         "reading of 0x6061 (mode display) aborted: object does not exist"},
+        {0x6061, true, gonio_FaultCode_FAULT_SDO_TIMEOUT, "no answer to 0x6061 (mode display) within 200 ms"},
+    };
+    for (const auto &c : cases) {
+        Bench bench;
+        ASSERT_NO_FATAL_FAILURE(bench.boot());
+        bench.meddle = [&](gn_can_frame &frame, std::int64_t &) {
+            bool const meant = frame.id == 0x584 && frame.data[1] == (c.index & 0xFF) && frame.data[2] == 0x60;
+            if (meant && !c.silent) { // an abort in its place
+                std::uint8_t const code[] = {static_cast<std::uint8_t>(c.index == 0x6060 ? 2 : 0), 0,
+                                             static_cast<std::uint8_t>(c.index == 0x6060 ? 1 : 2), 6};
+                frame.data[0] = 0x80;
+                std::copy(std::begin(code), std::end(code), frame.data + 4);
+            }
+            return meant && c.silent;
+        };
+        bench.home();
+        bench.run(1000 * ms);
+        gonio_Fault const fault = bench.only_fault();
+        EXPECT_EQ(fault.code, c.code);
+        EXPECT_NE(std::string(fault.sentence).find(c.words), std::string::npos) << fault.sentence;
+    }
+}
+
 TEST(Homing, drive_without_torque_is_not_enabled) {
     Bench bench;
     ASSERT_NO_FATAL_FAILURE(bench.boot());

@@ -14,6 +14,7 @@ from gonio.units.errors import InstrumentFault, UsageError
 
 OPEN, CLOSE = 1, 2  # vendor requests, protocol/link.md
 CONTROL_TIMEOUT_MS = 1000  # the firmware answers a vendor request between two transfers
+STALE_MS = 20  # what the device's USB controller kept of the client before comes at once (protocol/link.md)
 READS = 32  # in flight; a transfer of the firmware ends one, so they hold 32 of its frames and more
 READ_BYTES = 16384  # what Linux moves in one piece; a multiple of every packet size, so that none overflows
 LARGEST_WRITE = READ_BYTES - 1
@@ -47,6 +48,7 @@ class UsbTransport(Transport):
         self._closed = False
         self._reads: list[Any] = []
         self._request(OPEN)
+        self._drop_stale()
         for _ in range(READS):
             read = claimed.handle.getTransfer()
             read.setBulk(claimed.endpoint_in, READ_BYTES, callback=self._on_read)
@@ -56,6 +58,12 @@ class UsbTransport(Transport):
     def _request(self, number: int) -> None:
         kind = usb1.ENDPOINT_OUT | usb1.TYPE_VENDOR | usb1.RECIPIENT_INTERFACE
         self._usb.handle.controlWrite(kind, number, 0, self._usb.interface, b"", CONTROL_TIMEOUT_MS)
+
+    def _drop_stale(self) -> None:
+        # The firmware says nothing before our HELLO, so nothing of worth is lost.
+        with suppress(usb1.USBErrorTimeout):
+            while True:
+                self._usb.handle.bulkRead(self._usb.endpoint_in, READ_BYTES, STALE_MS)
 
     def _on_read(self, read: Any) -> None:
         try:

@@ -1,5 +1,5 @@
-"""test_arm64_twin.py: level 1 on another processor: firmware core and twin, built for arm64, run under qemu-user and measure what they
-measure here; and the arm64 goniod checks itself."""
+"""test_arm64_twin.py: level 1 on another processor: firmware core and twin, built for arm64, run under qemu-user and
+measure what they measure here; and the arm64 goniod checks itself."""
 
 import os
 import shutil
@@ -77,8 +77,8 @@ def scan_on_both(
 
 
 def assert_same_distribution(here: Distribution, there: Distribution) -> None:
-    """The same directions with the same values: the seeds are the same, so that noise is no excuse; functions of the C library may
-    round a count otherwise."""
+    """The same directions with the same values: the seeds are the same, so that noise is no excuse; functions of the
+    C library may round a count otherwise."""
     assert here.measured.sum() > 50
     np.testing.assert_array_equal(here.flags, there.flags)
     np.testing.assert_allclose(there.theta_deg, here.theta_deg, atol=1e-3)

@@ -153,6 +153,17 @@ def test_a_firmware_that_takes_nothing_or_says_nothing(
             link.send(b"x")
 
 
+def test_what_the_device_kept_for_the_client_before_is_dropped(
+    plug: Plug, firmware: Callable[..., FakeFirmware]
+) -> None:
+    fake = firmware()
+    plug(controller := FakeController(fake.port, stale=[b"GN of somebody else", b"x"]))
+    with Client(open_transport(parse_device("usb:"))) as client:
+        client.step()
+        assert client.hello.schema_hash == records.SCHEMA_HASH
+    assert controller.stale == []
+
+
 def test_signals_do_not_disturb(plug: Plug, firmware: Callable[..., FakeFirmware]) -> None:
     """A signal cuts libusb's wait short: its handler has run, and the wait goes on."""
     bus = plug(FakeController(firmware().port))

@@ -1,4 +1,4 @@
-"""test_board_scripts.py: the gadget's and the CAN interface's set-up, with folders for configfs and noted commands for the system's."""
+"""test_board_scripts.py: the set-up of gadget and CAN interface, with folders for configfs and noted commands."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""test_packages.py: the Debian packages that make dist left in build/dist: the right architecture, all files, units and settings that hold."""
+"""test_packages.py: the Debian packages that make dist left in build/dist: architecture, files, units, settings."""
 
 import gzip
 import os
@@ -81,9 +81,10 @@ def test_files_and_architecture(unpacked: tuple[str, Path]) -> None:
         f"goniod ({version}) ".encode()
     )
     assert said("md5sum", "--check", "--quiet", "DEBIAN/md5sums", cwd=folder) == ""
-    assert said("dpkg-deb", "-c", package(arch)).count(" root/root ") == len(FILES) + len(
-        [p for p in folder.rglob("*") if p.is_dir() and "DEBIAN" not in p.parts]
-    ) + 1, "all belong to root"
+    assert (
+        said("dpkg-deb", "-c", package(arch)).count(" root/root ")
+        == len(FILES) + len([p for p in folder.rglob("*") if p.is_dir() and "DEBIAN" not in p.parts]) + 1
+    ), "all belong to root"
 
 
 def test_program_is_hardened(unpacked: tuple[str, Path]) -> None:

@@ -28,6 +28,7 @@ class FakeController:
     forbidden: bool = False  # by the rights on its device node
     busy: bool = False  # another process has its interface
     deaf: bool = False  # takes no more data
+    stale: list[bytes] = field(default_factory=list)  # what its USB controller kept of the client before
     plugged: bool = True
 
     # What gonio asks of usb1.USBDevice
@@ -129,6 +130,14 @@ class FakeHandle:
 
     def getTransfer(self) -> "FakeTransfer":  # noqa: N802
         return FakeTransfer(self)
+
+    def bulkRead(self, endpoint: int, length: int, timeout: int) -> bytes:  # noqa: N802
+        assert endpoint == BULK_IN
+        assert timeout > 0
+        self._alive()
+        if not self.controller.stale:
+            raise usb1.USBErrorTimeout
+        return self.controller.stale.pop(0)[:length]
 
     def bulkWrite(self, endpoint: int, data: bytes, timeout: int) -> int:  # noqa: N802
         assert endpoint == BULK_OUT

@@ -14,6 +14,7 @@ public:
     explicit Told(std::vector<std::string> &story) : story_(story) {}
     void wait_for(std::vector<pollfd> &) const override {}
     void serve() override { story_.emplace_back("served"); }
+    [[nodiscard]] bool stamped() const override { return true; }
 
 private:
     std::vector<std::string> &story_;

@@ -110,4 +110,16 @@ TEST(Scenario, CollimatedBeamsWidthIsItsDiameter) {
     EXPECT_DOUBLE_EQ(s.beam_diameter_at_head_mm, 65.0);
 }
 
+TEST(Scenario, WiringAndTestPatternAreRead) {
+    Scenario const plain = load_text("");
+    EXPECT_FALSE(plain.counter_pattern);
+    EXPECT_EQ(plain.drives.inverted, (std::array<bool, axis_count>{}));
+    Scenario const odd =
+        load_text("[digitiser]\npattern = \"counter\"\n[drives]\ninverted = [false, true, false, false]");
+    EXPECT_TRUE(odd.counter_pattern);
+    EXPECT_EQ(odd.drives.inverted, (std::array<bool, axis_count>{false, true, false, false}));
+    EXPECT_NE(refusal("[digitiser]\npattern = \"stripes\"").find("light or counter"), std::string::npos);
+    EXPECT_NE(refusal("[drives]\ninverted = [true]").find("4 times"), std::string::npos);
+}
+
 } // namespace gonio::sim

@@ -116,6 +116,30 @@ TEST(World, FaultsAreToldWithNodeAndCause) {
     }
 }
 
+TEST(World, ALimitLineThatDropsIsAFault) {
+    Scenario scenario = scenario_of("fault_door");
+    scenario.faults.at(0).kind = Fault_kind::limit;
+    std::string const told = fly(scenario, 6000).trouble;
+    EXPECT_NE(told.find("limit"), std::string::npos) << told;
+}
+
+TEST(World, AStrobeThatSticksOrDoublesIsCountedAndTheFlightGoesOn) {
+    Scenario scenario = scenario_of("fault_door");
+    scenario.faults.at(0).kind = Fault_kind::strobe_doubled;
+    scenario.faults.at(0).count = 8;
+    Bench_result const doubled = fly(scenario, 6000);
+    EXPECT_EQ(doubled.trouble, "");
+    EXPECT_EQ(doubled.counters.strobes_rejected, 8U) << "the second of each pair";
+    EXPECT_EQ(doubled.counters.samples_lost, 0U);
+    scenario.faults.at(0).kind = Fault_kind::strobe_stuck;
+    Bench_host host(scenario.instrument, 6000);
+    World world(scenario, host, {});
+    host.connect(world);
+    while (!host.finished() && world.scheduler().run_one(2 * doubled.end_ns)) {
+    }
+    EXPECT_LT(host.result().counters.strobes, doubled.counters.strobes);
+}
+
 // A host that falls silent: the axes stand and the shutter is shut within the expiry, and nothing moves again.
 TEST(World, ASilentHostEndsInStandstillAndDarkness) {
     Scenario const scenario = scenario_of("fault_host_silent");
