@@ -62,7 +62,7 @@ test-fuzz: setup $(STAMPS)/apt-check build/fuzz/build.ninja
 	@$(FUZZ) -seed=1 -runs=30000 -- build/fuzz/firmware/fuzz_*
 	@$(FUZZ) -seed=1 -runs=3000 -- host/fuzz/fuzz_*.py
 
-test-host: build $(CROSS)/arm64/.built
+test-host: build dist
 	cd host && ../$(BIN)/pytest -n $(JOBS)
 
 hil: build $(STAMPS)/apt-hil ## goniod on real CAN, GPIO and USB interfaces in a virtual machine; its kernel takes ten minutes, once

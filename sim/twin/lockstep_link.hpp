@@ -1,5 +1,5 @@
-// lockstep_link.hpp: the link over loopback TCP: one driver that keeps step with virtual time (protocol/link.md), one
-// visitor.
+// lockstep_link.hpp: the link over loopback TCP: one driver that keeps step with virtual time (protocol/link.md), and
+// visitors.
 #pragma once
 
 #include <array>

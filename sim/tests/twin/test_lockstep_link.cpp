@@ -108,7 +108,7 @@ TEST(LockstepLink, AClosedSocketReleasesTheClockAndASilentHostToo) {
     EXPECT_EQ(link.next_delivery_ns(), INT64_MAX);
 }
 
-TEST(LockstepLink, AVisitorHoldsNoClockAndAThirdIsTurnedAway) {
+TEST(LockstepLink, AVisitorHoldsNoClockAndAFourthClientIsTurnedAway) {
     Lockstep_link link("127.0.0.1", 0, false);
     EXPECT_NE(link.waited_for().find("a driver"), std::string::npos);
     Host const driver(link);
@@ -121,9 +121,11 @@ TEST(LockstepLink, AVisitorHoldsNoClockAndAThirdIsTurnedAway) {
     EXPECT_TRUE(link.deliver(7 * ms));
     link.frame_sent(1, 1, 7 * ms);
     EXPECT_EQ(link.barrier_ns(), INT64_MAX);
-    Host const third(link);
+    Host const another_visitor(link);
     ASSERT_TRUE(link.exchange(0, patience_ns));
-    EXPECT_EQ(third.hear(), 0U) << "closed";
+    Host const fourth(link);
+    ASSERT_TRUE(link.exchange(0, patience_ns));
+    EXPECT_EQ(fourth.hear(), 0U) << "closed";
 }
 
 TEST(LockstepLink, PacedModeDeliversAtOnceAndWaitsForNobody) {
