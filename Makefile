@@ -19,7 +19,6 @@ BUILD_PACKAGES := build-essential cmake ninja-build python3 python3-dev python3-
 CHECK_PACKAGES := clang-$(CLANG) clang-tidy-$(CLANG) clang-format-$(CLANG) clang-tools-$(CLANG) libclang-rt-$(CLANG)-dev
 # The virtual machine: its kernel is built from Debian's source (once, kept in the user's cache), the rest is QEMU and an independent CAN logger.
 HIL_PACKAGES := qemu-system-x86 busybox-static can-utils iproute2 linux-source-6.1 flex bison bc libelf-dev libssl-dev xz-utils kmod cpio
-PYTHON_FOLDERS := host protocol hil-tests
 SCHEMA := protocol/gonio.proto protocol/gonio.options protocol/records.toml protocol/generate.py
 GENERATED := host/gonio/protocol/generated
 include packaging/cross.mk
@@ -42,9 +41,11 @@ check: build $(STAMPS)/apt-check ## formatting, static analysis, types, layers
 	@clang-format-$(CLANG) --dry-run -Werror $(C_FILES)
 	run-clang-tidy-$(CLANG) -quiet -j $(JOBS) -p build/native '/(firmware/core|firmware/port|firmware/app|sim/devices|sim/optics|sim/python|sim/real|sim/twin)/' > build/clang-tidy.log 2>&1 \
 	  || { grep -E 'warning:|error:' build/clang-tidy.log | sort -u; exit 1; }
-	$(BIN)/ruff check --config host/pyproject.toml $(PYTHON_FOLDERS)
-	$(BIN)/ruff format --check --config host/pyproject.toml $(PYTHON_FOLDERS)
+	$(BIN)/ruff check --config host/pyproject.toml host protocol
+	$(BIN)/ruff check hil-tests
+	$(BIN)/ruff format --check --config host/pyproject.toml host protocol hil-tests
 	cd host && ../$(BIN)/mypy gonio
+	cd hil-tests && MYPYPATH=.:../host ../$(BIN)/mypy --config-file ../host/pyproject.toml --explicit-package-bases .
 	cd host && ../$(BIN)/lint-imports --no-cache
 
 test: test-native test-sanitize test-fuzz test-host hil ## all tests: sanitizer build, short fuzzing, ARM builds and the virtual machine included
@@ -82,7 +83,8 @@ coverage: setup build/coverage/build.ninja ## line coverage of the firmware core
 	ctest --test-dir build/coverage --output-on-failure
 	$(BIN)/gcovr --root . --filter firmware/core build/coverage
 
-soak: setup $(STAMPS)/apt-check build/fuzz/build.ninja ## ten minutes of fuzzing per target
+soak: build $(STAMPS)/apt-check $(STAMPS)/apt-hil build/fuzz/build.ninja ## 100 scans in the virtual machine (half an hour), ten minutes of fuzzing per target
+	cd hil-tests && ../$(BIN)/pytest soak
 	@ninja -C build/fuzz --quiet fuzzers
 	@$(FUZZ) -max_total_time=600 -- build/fuzz/firmware/fuzz_* host/fuzz/fuzz_*.py
 

@@ -20,6 +20,7 @@ SYNC = 0x080
 SDO_REQUEST = 0x600
 EXPEDITED = 0x23  # download, with size
 OPERATIONAL = "OPERATIONAL"
+LEAST_VALID = 0.9  # emulated drives are late now and then; such positions are flagged
 HEARTBEAT_MS, FOLLOWING_ERROR = 0x1017, 0x6065
 
 
@@ -95,15 +96,18 @@ def test_configured_values_went_over_the_bus(watcher: Watcher, rig: Rig) -> None
 @pytest.mark.scenario("step_scan")
 def test_pose_records_hold_what_the_drives_sent(watcher: Watcher, result: Result) -> None:
     poses = raw_log(result.raw()).poses
-    recorded = poses["position_counts"]
+    recorded, number = poses["position_counts"], poses["sync_number"].astype(np.int64)
+    sent = np.array([[value if value is not None else 0 for value in row] for row in watcher.positions])
     moving = np.flatnonzero(np.abs(np.diff(recorded[:, 2])) > 50)
     assert len(moving) > 100
-    begin, length = int(moving[0]), len(moving)
-    sent = np.array([[value if value is not None else 0 for value in row] for row in watcher.positions])
-    stretch = recorded[begin : begin + min(length, 200)]
-    places = [i for i in np.flatnonzero(sent[:, 2] == stretch[0, 2]) if np.array_equal(sent[i : i + 5], stretch[:5])]
+    begin = int(moving[0])
+    stretch = recorded[begin : begin + 5]
+    places = [i for i in np.flatnonzero(sent[:, 2] == stretch[0, 2]) if np.array_equal(sent[i : i + 5], stretch)]
     assert places, "the drives never sent what the raw log holds"
-    seen = sent[places[0] : places[0] + len(recorded) - begin]
-    valid = (poses["valid"][begin : begin + len(seen), None] >> np.arange(len(watcher.nodes))) & 1 != 0
-    assert valid.mean() > 0.9
-    assert np.array_equal(seen[valid], recorded[begin : begin + len(seen)][valid])
+    # The watcher counts SYNCs as the firmware does: one that the firmware had no pose for is passed over.
+    at = places[0] + number - number[begin]
+    there = (at >= 0) & (at < len(sent))
+    valid = (poses["valid"][:, None] >> np.arange(len(watcher.nodes))) & 1 != 0
+    valid &= there[:, None]
+    assert valid.mean() > LEAST_VALID
+    assert np.array_equal(sent[at[there]][valid[there]], recorded[there][valid[there]])

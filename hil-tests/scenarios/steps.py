@@ -5,7 +5,7 @@ from collections.abc import Callable
 from guest.bench import Bench
 from guest.gonio_command import Ended
 
-FAULT_PLAN = "fault.toml"  # an 11 s spiral: time enough for something to happen
+FAULT_PLAN = "fault.toml"  # a spiral of some seconds: time enough for something to happen
 
 
 def fault_in_scan(bench: Bench, happens: Callable[[], None], device: str | None = None) -> Ended:

@@ -1,8 +1,10 @@
 """boot.py: one boot of the virtual machine: QEMU in one of two lanes, its serial log, and a limit on its life."""
 
+import os
 import shutil
 import subprocess
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -11,6 +13,7 @@ from vm.initrd import initrd
 
 Lane = Literal["system", "timing"]
 LAST_LINES = 30
+_NICE = -15
 _QEMU = "qemu-system-x86_64"
 # Two processors on the wall clock; or one, whose time is counted in instructions (4 ns each), and never waits for ours.
 _LANES: dict[Lane, tuple[str, ...]] = {
@@ -58,7 +61,14 @@ def boot(machine: Machine) -> Path:
     initial_root.write_bytes(initrd(machine.preload, machine.start))
     serial = machine.results / "serial.log"
     with serial.open("wb") as log:
-        process = subprocess.Popen(machine.command(initial_root), stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        process = subprocess.Popen(
+            machine.command(initial_root),
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+            start_new_session=True,  # its own scheduling group
+        )
+        go_first(process.pid)
         try:
             status = process.wait(machine.limit_s)
         except subprocess.TimeoutExpired:
@@ -73,6 +83,14 @@ def boot(machine: Machine) -> Path:
     if status:
         raise BootError(f"QEMU ended with {status}:\n{last_lines([serial])}")
     return serial
+
+
+def go_first(pid: int) -> None:
+    """Where we may say so, nothing else starves the emulation: its instrument runs on the wall clock."""
+    with suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, pid, _NICE)
+    with suppress(OSError):
+        Path(f"/proc/{pid}/autogroup").write_text(str(_NICE))
 
 
 def last_lines(logs: Iterable[Path]) -> str:

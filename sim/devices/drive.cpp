@@ -1,7 +1,10 @@
 // drive.cpp: a drive as a whole: power-up, its millisecond, inputs from outside.
 #include "drive.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include "drive_parts.hpp"
 #include "personality.hpp"
@@ -13,8 +16,25 @@ constexpr double ns_per_ms = 1.0e6;
 // The drives' millisecond ticks are not in step with each other.
 constexpr std::int64_t tick_phase_ns = 137'000;
 
+// What the drive looks up while it runs; all else that it needs is looked up at power-up, and missed there.
+bool needed_later(const Object_name &name) {
+    static constexpr std::array<std::uint16_t, 6> whole{0x1001, 0x1003, 0x1005, 0x1006, 0x1014, 0x1016};
+    const bool pdo = name.index >= 0x1400 && name.index < 0x1C00;
+    const bool mapping = (name.index & 0x0200U) != 0;
+    constexpr unsigned id_and_type = 2;
+    return std::find(whole.begin(), whole.end(), name.index) != whole.end() ||
+           (pdo && (mapping || name.subindex.value_or(0) <= id_and_type));
+}
+
 Object_dictionary make_dictionary(const Drive_config &config) {
-    Object_dictionary dictionary(load_personality(config.personality, config.eds_directory), config.node);
+    Eds_file eds = load_personality(config.personality, config.eds_directory);
+    for (const Object_name &name : config.without) {
+        if (needed_later(name)) {
+            throw std::runtime_error("the drive cannot be without object " + object_text(name));
+        }
+        take_out(eds, name);
+    }
+    Object_dictionary dictionary(eds, config.node);
     dictionary.at(0x608F, 1).default_value = config.counts_per_turn;
     dictionary.at(0x6092, 1).default_value = config.counts_per_turn;
     dictionary.at(0x1018, 4).default_value = config.serial;

@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "can_bus.hpp"
+#include "eds.hpp"
 #include "scheduler.hpp"
 
 namespace gonio::sim {
@@ -17,6 +19,7 @@ struct Drive_config {
     std::string name;
     std::filesystem::path eds_directory;    // protocol/eds
     std::string personality = "full";       // full, basic, fixed
+    std::vector<Object_name> without;       // objects of the personality that this drive lacks
     std::uint32_t counts_per_turn = 400000; // 0x608F
     std::uint32_t serial = 1;               // 0x1018:04
     bool absent = false;                    // never answers, never moves
@@ -55,7 +58,8 @@ struct Drive_counters {
 
 class Drive final : public Can_node {
 public:
-    // Powers up at the scheduler's present time. Throws std::runtime_error for an unknown personality or a bad EDS.
+    // Powers up at the scheduler's present time. Throws std::runtime_error for an unknown personality, a bad EDS, or a
+    // drive without an object that it does not have or cannot do without.
     Drive(Scheduler &scheduler, Can_bus &bus, const Drive_config &config);
     ~Drive() override;
     Drive(const Drive &) = delete;

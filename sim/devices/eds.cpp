@@ -2,7 +2,10 @@
 #include "eds.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <charconv>
+#include <cstdio>
 #include <fstream>
 #include <map>
 #include <set>
@@ -25,6 +28,13 @@ std::string lower(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(),
                    [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
     return text;
+}
+
+std::optional<unsigned> hexadecimal(const std::string &digits) {
+    unsigned value = 0;
+    const char *const last = digits.data() + digits.size();
+    const auto [end, error] = std::from_chars(digits.data(), last, value, 16);
+    return error == std::errc() && end == last ? std::optional(value) : std::nullopt;
 }
 
 class Reader {
@@ -204,6 +214,43 @@ std::optional<std::int64_t> eds_number(const std::string &text, std::uint8_t nod
 
 Eds_file read_eds(const std::filesystem::path &path) {
     return Reader(path).read();
+}
+
+std::optional<Object_name> object_name(const std::string &text) {
+    constexpr std::size_t index_length = 6, whole_length = 9; // 0x1400, 0x1400:05
+    const bool whole = text.size() == whole_length && text[index_length] == ':';
+    if (!text.starts_with("0x") || (text.size() != index_length && !whole)) {
+        return std::nullopt;
+    }
+    const auto index = hexadecimal(text.substr(2, 4));
+    const auto subindex = whole ? hexadecimal(text.substr(index_length + 1)) : 0;
+    if (!index || !subindex) {
+        return std::nullopt;
+    }
+    Object_name name{static_cast<std::uint16_t>(*index), std::nullopt};
+    if (whole) {
+        name.subindex = static_cast<std::uint8_t>(*subindex);
+    }
+    return name;
+}
+
+std::string object_text(const Object_name &name) {
+    std::array<char, 10> text{};
+    if (name.subindex) {
+        std::snprintf(text.data(), text.size(), "0x%04X:%02X", +name.index, +*name.subindex);
+    } else {
+        std::snprintf(text.data(), text.size(), "0x%04X", +name.index);
+    }
+    return text.data();
+}
+
+void take_out(Eds_file &eds, const Object_name &name) {
+    const auto taken = std::erase_if(eds.objects, [&name](const Eds_object &object) {
+        return object.index == name.index && object.subindex == name.subindex.value_or(object.subindex);
+    });
+    if (taken == 0) {
+        throw std::runtime_error(eds.product_name + ": there is no object " + object_text(name) + " to take out");
+    }
 }
 
 } // namespace gonio::sim

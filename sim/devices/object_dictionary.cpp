@@ -104,7 +104,7 @@ bool Object_dictionary::has_index(std::uint16_t index) const {
 Od_entry &Object_dictionary::at(std::uint16_t index, std::uint8_t subindex) {
     Od_entry *entry = find(index, subindex);
     if (entry == nullptr) {
-        throw std::runtime_error("the EDS lacks object " + std::to_string(index) + "." + std::to_string(subindex));
+        throw std::runtime_error("the drive cannot be without object " + object_text({index, subindex}));
     }
     return *entry;
 }

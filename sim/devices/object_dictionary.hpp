@@ -54,7 +54,7 @@ public:
     // nullptr if there is none.
     [[nodiscard]] Od_entry *find(std::uint16_t index, std::uint8_t subindex = 0);
     [[nodiscard]] bool has_index(std::uint16_t index) const;
-    // For objects that every personality has; throws std::runtime_error if the EDS lacks it.
+    // For objects that every drive must have; throws std::runtime_error if it is missing.
     [[nodiscard]] Od_entry &at(std::uint16_t index, std::uint8_t subindex = 0);
     [[nodiscard]] const std::vector<std::uint16_t> &dummy_types() const { return dummy_types_; }
     [[nodiscard]] const std::vector<Od_entry> &entries() const { return entries_; }

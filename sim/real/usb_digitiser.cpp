@@ -138,7 +138,7 @@ void Usb_digitiser::pump() {
             return;
         }
         transfer.request = {};
-        transfer.request.aio_data = reinterpret_cast<std::uint64_t>(&transfer);
+        transfer.request.aio_data = static_cast<std::uint64_t>(&transfer - transfers_.data());
         transfer.request.aio_lio_opcode = IOCB_CMD_PWRITE;
         transfer.request.aio_fildes = static_cast<std::uint32_t>(files_.bulk_in);
         transfer.request.aio_buf = reinterpret_cast<std::uint64_t>(transfer.bytes.data());
@@ -158,7 +158,7 @@ void Usb_digitiser::collect() {
         timespec at_once{};
         long const done = io_getevents(context_, 0, static_cast<long>(events.size()), events.data(), &at_once);
         for (long i = 0; i < done; ++i) {
-            reinterpret_cast<Transfer *>(events.at(static_cast<std::size_t>(i)).data)->in_flight = false;
+            transfers_.at(events.at(static_cast<std::size_t>(i)).data).in_flight = false;
         }
     }
 }

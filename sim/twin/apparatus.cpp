@@ -21,6 +21,7 @@ Drive_config drive_config(const Scenario &scenario, std::size_t i, bool in_step)
     config.name = axis.name;
     config.eds_directory = scenario.eds_directory;
     config.personality = scenario.drives.personality.at(i);
+    config.without = scenario.drives.without;
     config.counts_per_turn = axis.counts_per_turn;
     config.serial = static_cast<std::uint32_t>(1000 + i);
     config.initial_position_counts = scenario.drives.initial_deg.at(i) * axis.counts_per_deg;

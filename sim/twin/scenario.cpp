@@ -155,6 +155,13 @@ void read_drives(Toml_table table, Drives &drives) {
             table.fail("personality", "must be full, basic or fixed");
         }
     }
+    for (const std::string &text : table.texts("without")) {
+        auto const name = object_name(text);
+        if (!name) {
+            table.fail("without", "must list objects such as \"0x6007\" or \"0x1400:05\", not \"" + text + "\"");
+        }
+        drives.without.push_back(*name);
+    }
     drives.latch_delay_us = table.numbers<axis_count>("latch_delay_us", 0.0);
     drives.initial_deg = table.numbers<axis_count>("initial_deg", 0.0);
     drives.inverted = table.booleans<axis_count>("inverted");

@@ -12,6 +12,7 @@
 #include "closed_form.hpp"
 #include "detector.hpp"
 #include "digitiser.hpp"
+#include "eds.hpp"
 #include "instrument.hpp"
 
 namespace gonio::sim {
@@ -56,6 +57,7 @@ struct Timing {
 
 struct Drives {
     std::array<std::string, axis_count> personality;
+    std::vector<Object_name> without; // objects that no drive has
     std::array<double, axis_count> latch_delay_us;
     std::array<double, axis_count> initial_deg;
     std::array<bool, axis_count> inverted; // the motor turns the other way: wrong wiring

@@ -1,6 +1,8 @@
 /* acquisition.c: starts and stops the digitiser and moves its samples into blocks on the driver's session. */
 #include "acquisition.h"
 
+#include <stddef.h>
+
 static void take_strobes(struct gn_acquisition *acquisition) {
     struct gn_edge edge;
     while (gn_ring_pop(acquisition->strobes, &edge)) {
@@ -79,18 +81,23 @@ void gn_acquisition_stop(struct gn_acquisition *acquisition, int64_t now_ns) {
     end(acquisition, now_ns);
 }
 
-bool gn_acquisition_process(struct gn_acquisition *acquisition, int64_t now_ns) {
+const char *gn_acquisition_process(struct gn_acquisition *acquisition, int64_t now_ns) {
     take_strobes(acquisition);
     if (!acquisition->on) {
-        return true;
+        return NULL;
     }
     if (!take_packets(acquisition, now_ns)) {
         end(acquisition, now_ns);
-        return false;
+        return "the digitiser is gone; check its cable and power, then acquire again";
+    }
+    if (gn_sample_clock_silent(&acquisition->clock, now_ns)) {
+        gn_acquisition_stop(acquisition, now_ns);
+        return "the digitiser's strobe stays away, so its samples have no time; check the strobe line, then acquire "
+               "again";
     }
     /* A block that waits this long has missed packets: it goes as it is. */
     if (acquisition->blocks.count > 0u && now_ns - acquisition->blocks.arrival_ns >= 2 * GN_BLOCK_AGE_NS) {
         send_block(acquisition, now_ns);
     }
-    return true;
+    return NULL;
 }

@@ -25,7 +25,8 @@ struct gn_acquisition {
 bool gn_acquisition_start(struct gn_acquisition *acquisition, const gonio_Configure *configuration);
 /* Sends what is left, also of the packets still waiting. */
 void gn_acquisition_stop(struct gn_acquisition *acquisition, int64_t now_ns);
-/* Takes all strobes and packets that wait. false: the digitiser was unplugged; acquisition has ended. */
-bool gn_acquisition_process(struct gn_acquisition *acquisition, int64_t now_ns);
+/* Takes all strobes and packets that wait. NULL, or why acquisition has ended: the digitiser was unplugged, or its
+ * strobe stays away. */
+const char *gn_acquisition_process(struct gn_acquisition *acquisition, int64_t now_ns);
 
 #endif

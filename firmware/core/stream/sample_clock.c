@@ -196,15 +196,21 @@ void gn_sample_clock_edge(struct gn_sample_clock *clock, const struct gn_edge *e
     clock->last_number = edge->number;
 }
 
-bool gn_sample_clock_settled(const struct gn_sample_clock *clock, int64_t now_ns) {
-    if (!clock->running || !clock->aligned || clock->count < 2u) {
-        return false;
-    }
+/* The clock runs on without strobes for so long. */
+static int64_t patience_ns(const struct gn_sample_clock *clock) {
     int64_t const four_strobes_ns = 4 * strobe_period_ns(clock);
     int64_t const settle_ns = clock->settings.settle_ns;
-    int64_t const patience_ns = settle_ns > four_strobes_ns ? settle_ns : four_strobes_ns;
-    return clock->newest.stamp_ns - clock->points[clock->first].stamp_ns >= settle_ns &&
-           now_ns - clock->newest.stamp_ns <= patience_ns;
+    return settle_ns > four_strobes_ns ? settle_ns : four_strobes_ns;
+}
+
+bool gn_sample_clock_settled(const struct gn_sample_clock *clock, int64_t now_ns) {
+    return clock->running && clock->aligned && clock->count >= 2u &&
+           clock->newest.stamp_ns - clock->points[clock->first].stamp_ns >= clock->settings.settle_ns &&
+           now_ns - clock->newest.stamp_ns <= patience_ns(clock);
+}
+
+bool gn_sample_clock_silent(const struct gn_sample_clock *clock, int64_t now_ns) {
+    return clock->running && clock->count > 0u && now_ns - clock->newest.stamp_ns > 2 * patience_ns(clock);
 }
 
 bool gn_sample_clock_fit(struct gn_sample_clock *clock, int64_t now_ns, struct gn_clock_fit *fit) {

@@ -63,6 +63,8 @@ void gn_sample_clock_stop(struct gn_sample_clock *clock);
 void gn_sample_clock_edge(struct gn_sample_clock *clock, const struct gn_edge *edge);
 /* true: enough strobes, aligned, and still coming. */
 bool gn_sample_clock_settled(const struct gn_sample_clock *clock, int64_t now_ns);
+/* true: strobes came, and have stayed away for twice as long as the clock may run on without them. */
+bool gn_sample_clock_silent(const struct gn_sample_clock *clock, int64_t now_ns);
 /* false: not settled, nothing stored. */
 bool gn_sample_clock_fit(struct gn_sample_clock *clock, int64_t now_ns, struct gn_clock_fit *fit);
 /* Controller time of a sample by a fit with a window. */

@@ -55,9 +55,9 @@ static void hear_clients(struct gn_stream *stream, int64_t now_ns) {
 }
 
 static void acquire(struct gn_stream *stream, int64_t now_ns) {
-    if (!gn_acquisition_process(&stream->acquisition, now_ns)) {
-        gn_event_digitiser_fault(stream, now_ns,
-                                 "the digitiser is gone; check its cable and power, then acquire again");
+    const char *const trouble = gn_acquisition_process(&stream->acquisition, now_ns);
+    if (trouble != NULL) {
+        gn_event_digitiser_fault(stream, now_ns, trouble);
         gn_requests_stop(stream);
     }
     bool const locked = gn_sample_clock_settled(&stream->acquisition.clock, now_ns);

@@ -200,6 +200,37 @@ TEST_F(Stream, an_unplugged_digitiser_is_a_fault_and_stops_the_motion) {
     EXPECT_TRUE(driver.frames().empty()) << "one fault for one cause";
 }
 
+TEST_F(Stream, a_strobe_line_that_falls_silent_is_a_fault_after_twice_the_settling_time) {
+    Source digitiser = source();
+    while (digitiser.next_sample < 2500) {
+        digitiser.run();
+    }
+    std::int64_t const last_strobe_ns = digitiser.start_ns + 2490000000;
+    auto const run_on_until = [&](std::int64_t time_ns) { // packets, but no strobes
+        while (bench.now_ns < time_ns) {
+            digitiser.packet();
+            bench.process(50000000);
+        }
+    };
+    run_on_until(last_strobe_ns + 3900000000);
+    for (const auto &frame : driver.frames_of(GN_FRAME_EVENT)) {
+        EXPECT_NE(frame.event().which_body, gonio_Event_fault_tag);
+    }
+    EXPECT_EQ(bench.shared->stop_requested, 0u);
+    run_on_until(last_strobe_ns + 4100000000);
+    std::string sentence;
+    for (const auto &frame : driver.frames_of(GN_FRAME_EVENT)) {
+        if (frame.event().which_body == gonio_Event_fault_tag) {
+            EXPECT_EQ(frame.event().body.fault.code, gonio_FaultCode_FAULT_DIGITISER);
+            EXPECT_TRUE(sentence.empty()) << "one fault for one cause";
+            sentence = frame.event().body.fault.sentence;
+        }
+    }
+    EXPECT_NE(sentence.find("strobe"), std::string::npos) << sentence;
+    EXPECT_EQ(bench.shared->stop_requested, 1u);
+    EXPECT_EQ(bench.shared->acquiring, 0u);
+}
+
 TEST_F(Stream, poses_come_in_blocks_of_fifty_or_after_100_ms) {
     for (std::uint32_t i = 1; i <= 60; ++i) {
         gn_pose const pose = {.sync_time_ns = 2000000 * std::int64_t{i},

@@ -87,6 +87,21 @@ TEST(Eds, personalities_differ_where_they_say) {
     }
 }
 
+TEST(Eds, objects_are_named_by_index_and_sub_index) {
+    const auto deadline = object_name("0x1400:05");
+    ASSERT_TRUE(deadline && deadline->subindex);
+    EXPECT_EQ(deadline->index, 0x1400);
+    EXPECT_EQ(*deadline->subindex, 5);
+    EXPECT_EQ(object_text(*deadline), "0x1400:05");
+    const auto whole = object_name("0x60fe");
+    ASSERT_TRUE(whole && !whole->subindex);
+    EXPECT_EQ(object_text(*whole), "0x60FE");
+    for (const char *const text : {"", "0x", "6007", "0x600", "0x6007:", "0x6007:1", "0x6007:001", "0x6007:-1",
+                                   "0x60G7", "0x6007.01", "0x-607", "0x6007:0x", "0x1400:05 "}) {
+        EXPECT_FALSE(object_name(text)) << text;
+    }
+}
+
 TEST(Eds, a_missing_file_is_named) {
     try {
         read_eds(eds_directory / "nothing.eds");

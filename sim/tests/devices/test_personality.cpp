@@ -72,6 +72,40 @@ TEST(Personality, fixed_runs_its_cycle_with_the_mode_in_the_pdo_and_trips_once_t
     }
 }
 
+// Abort codes of CiA 301: no such object, no such sub-index.
+TEST(Drive_config, objects_that_a_drive_lacks_are_refused_and_it_runs_on_without_them) {
+    Drive_config config = Bench::standard();
+    config.without = {{0x1400, 5}, {0x6007, {}}, {0x1029, {}}};
+    Bench bench(config);
+    EXPECT_EQ(bench.read_abort(0x1400, 5), 0x06090011U);
+    EXPECT_EQ(bench.write(0x1400, 5, 30, 2), 0x06090011U);
+    EXPECT_EQ(bench.write(0x6007, 0, 3, 2), 0x06020000U);
+    EXPECT_EQ(bench.read_abort(0x1029, 1), 0x06020000U);
+    EXPECT_EQ(bench.write(0x1401, 5, 30, 2), 0U); // the other RPDO has its own
+    bench.enable();
+    EXPECT_EQ(state_bits(bench.statusword()), 0x27);
+    bench.run_ms(500);
+    EXPECT_TRUE(bench.emergencies().empty());
+}
+
+TEST(Drive_config, a_drive_cannot_be_without_what_it_needs_or_never_had) {
+    const auto refusal = [](const Object_name &name) -> std::string {
+        Drive_config config = Bench::standard(1, "basic");
+        config.without = {name};
+        try {
+            Bench bench(config);
+        } catch (const std::runtime_error &error) {
+            return error.what();
+        }
+        return "";
+    };
+    for (const Object_name &name : {Object_name{0x6040, {}}, {0x1016, 1}, {0x1400, {}}, {0x1400, 1}, {0x1A00, 3}}) {
+        EXPECT_NE(refusal(name).find("cannot be without object 0x"), std::string::npos) << object_text(name);
+    }
+    EXPECT_NE(refusal({0x6007, {}}).find("no object 0x6007 to take out"), std::string::npos);
+    EXPECT_EQ(refusal({0x1800, 5}), "");
+}
+
 TEST(Drive_config, turns_and_serial_number_are_in_the_dictionary) {
     Drive_config config = Bench::standard(3, "basic");
     config.counts_per_turn = 65536;

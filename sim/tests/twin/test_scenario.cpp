@@ -120,6 +120,12 @@ TEST(Scenario, WiringAndTestPatternAreRead) {
     EXPECT_EQ(odd.drives.inverted, (std::array<bool, axis_count>{false, true, false, false}));
     EXPECT_NE(refusal("[digitiser]\npattern = \"stripes\"").find("light or counter"), std::string::npos);
     EXPECT_NE(refusal("[drives]\ninverted = [true]").find("4 times"), std::string::npos);
+    EXPECT_TRUE(plain.drives.without.empty());
+    Scenario const poor = load_text("[drives]\nwithout = [\"0x1400:05\", \"0x6007\"]");
+    ASSERT_EQ(poor.drives.without.size(), 2U);
+    EXPECT_EQ(object_text(poor.drives.without.front()), "0x1400:05");
+    EXPECT_EQ(object_text(poor.drives.without.back()), "0x6007");
+    EXPECT_NE(refusal("[drives]\nwithout = [\"deadline\"]").find("deadline"), std::string::npos);
 }
 
 } // namespace gonio::sim
