@@ -39,8 +39,10 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     wanted = [marker.args[0] for item in session.items if (marker := item.get_closest_marker("scenario"))]
     config = session.config
     rig = config.stash[_RIG]
-    results = ROOT / "build" / "hil" / rig.path.stem / "system"
-    config.stash[_LANE] = SystemLane(rig, Path(config.getoption("--build")).resolve(), results, wanted)
+    lane = "soak" if "soak" in wanted else "system"
+    results = ROOT / "build" / "hil" / rig.path.stem / lane
+    limit_s = float(rig.settings.get(f"{lane}_limit_s", 0.0))  # a bench has no machine to boot
+    config.stash[_LANE] = SystemLane(rig, Path(config.getoption("--build")).resolve(), results, limit_s, wanted)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from harness.bus import Emergency, emergencies
 from harness.outcomes import BrokenRigError, Tally
 from harness.results import Result, ScenarioFailedError
 from harness.rig import RigFileError, load_rig
@@ -118,10 +119,18 @@ def test_scenario_without_result_is_a_broken_rig(tmp_path: Path) -> None:
         Result(tmp_path, "s")
 
 
+def test_emergencies_are_read_from_a_log_with_their_times(tmp_path: Path) -> None:
+    log = tmp_path / "candump"
+    lines = ["(5.900000) can0 083#3081110000000000", "(6.000000) can0 080#", "(6.000001) can0 083#5082110100000000"]
+    lines += ["(6.100000) can0 084#0000000000000000", "(6.200000) can0 183#5082110100000000", "(6.3000"]
+    log.write_text("\n".join(lines))
+    assert emergencies(log, 6.0, 7.0) == [Emergency(6.000001, 3, 0x8250)]
+
+
 def test_every_scenario_marker_names_a_scenario() -> None:
     names = {scenario.name for scenario in load_scenarios()}
     wanted = set()
-    for path in Path(__file__).resolve().parent.glob("test_*.py"):
+    for path in Path(__file__).resolve().parent.rglob("test_*.py"):
         for line in path.read_text().splitlines():
             if line.startswith("@pytest.mark.scenario("):
                 wanted.add(line.split('"')[1])

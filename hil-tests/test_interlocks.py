@@ -1,4 +1,4 @@
-"""test_interlocks.py: door, emergency stop, STO in mid-scan, over real GPIO lines."""
+"""test_interlocks.py: door, emergency stop, limit switch, STO in mid-scan, over real GPIO lines."""
 
 import pytest
 
@@ -14,6 +14,11 @@ def test_open_door_ends_the_scan(result: Result) -> None:
 @pytest.mark.scenario("emergency_stop")
 def test_emergency_stop_ends_the_scan(result: Result) -> None:
     assert_fault_end(result, "emergency stop")
+
+
+@pytest.mark.scenario("limit_switch")
+def test_limit_switch_ends_the_scan(result: Result) -> None:
+    assert_fault_end(result, "limit switch")
 
 
 @pytest.mark.scenario("sto_opened_and_closed")

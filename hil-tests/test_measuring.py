@@ -9,21 +9,12 @@ import numpy as np
 import pytest
 from gonio.reduce.pipeline import reduce_rawlog
 
-from harness.checks import raw_log
+from harness.checks import assert_nothing_lost, raw_log
 from harness.results import Result
 from harness.rig import Rig
 from harness.session import ROOT
 
 LEAST_FLOWN = 20_000
-
-
-def assert_nothing_lost(path: Path) -> None:
-    log = raw_log(path)
-    assert log.problem is None
-    assert log.segments[0].link_gap_frames == 0
-    assert np.all(np.diff(log.sample_number.astype(np.int64)) == 1)
-    counters = [event.counters for event in log.events if event.HasField("counters")][-1]
-    assert counters.can_overflow == 0
 
 
 def assert_as_in_virtual_time(result: Result, rig: Rig, plan: str, folder: Path) -> None:

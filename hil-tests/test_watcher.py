@@ -1,15 +1,14 @@
 """test_watcher.py: python-canopen, independent of our code, reads what candump saw and agrees with the firmware."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import can
 import canopen
 import numpy as np
 import pytest
 from gonio.units.instrument import load_instrument
 
+from harness.bus import frames
 from harness.checks import raw_log
 from harness.results import Result
 from harness.rig import Rig
@@ -22,13 +21,6 @@ EXPEDITED = 0x23  # download, with size
 OPERATIONAL = "OPERATIONAL"
 LEAST_VALID = 0.9  # emulated drives are late now and then; such positions are flagged
 HEARTBEAT_MS, FOLLOWING_ERROR = 0x1017, 0x6065
-
-
-def frames(log: Path) -> Iterator[can.Message]:
-    """Every frame of a candump log; a last line that was cut is no frame."""
-    for message in can.CanutilsLogReader(str(log)):
-        if not message.is_error_frame:
-            yield message
 
 
 @dataclass

@@ -4,6 +4,7 @@ import json
 import shutil
 import signal
 import time
+import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -46,6 +47,12 @@ class Bench:
         """The device name of the USB link."""
         return "usb:"
 
+    @property
+    def instrument(self) -> Path:
+        """The instrument file that the wired twin's scenario names: both sides read the same."""
+        scenario = self.rig_folder / self.station.wiring.twin
+        return scenario.parent / str(tomllib.loads(scenario.read_text())["instrument"])
+
     def plan(self, name: str) -> Path:
         """A plan of the rig."""
         return self.rig_folder / name
@@ -56,7 +63,7 @@ class Bench:
         """Begin `gonio ARGUMENTS --device ...`; `name` names its outputs."""
         words = [*map(str, arguments), "--device", device or self.tcp]
         if arguments[0] in ("scan", "home"):
-            words += ["--instrument", str(instrument or self.rig_folder / self.rig["vm"]["instrument"])]
+            words += ["--instrument", str(instrument or self.instrument)]
         command = GonioCommand(words, self.folder / name)
         self._started.append((name, command))
         return command
@@ -81,9 +88,12 @@ class Bench:
         """A whole command."""
         return self.end(self.start(name, *arguments, device=device), limit_s)
 
-    def scan(self, plan: str, raw: str = "raw.mcap", device: str | None = None) -> GonioCommand:
+    def scan(
+        self, plan: str, raw: str = "raw.mcap", device: str | None = None, instrument: Path | None = None
+    ) -> GonioCommand:
         """Begin a scan into this scenario's folder."""
-        return self.start(raw.removesuffix(".mcap"), "scan", self.plan(plan), "-o", self.folder / raw, device=device)
+        arguments = ("scan", self.plan(plan), "-o", self.folder / raw)
+        return self.start(raw.removesuffix(".mcap"), *arguments, device=device, instrument=instrument)
 
     def state(self, label: str) -> dict[str, Any]:
         """The twin's state now, recorded under a label."""
@@ -107,7 +117,9 @@ class Bench:
         self.states[what]["after_s"] = time.monotonic() - began
         return self.states[what]
 
-    def until_measuring(self, command: GonioCommand, degrees: float = 3.0) -> dict[str, Any]:
+    def until_measuring(
+        self, command: GonioCommand, degrees: float = 3.0, least_deg_per_s: float = MOVING_DEG_PER_S
+    ) -> dict[str, Any]:
         """Wait until the shutter is open and the arm has flown `degrees` in this state; ends early with the command."""
         begun: list[list[float]] = []
 
@@ -115,7 +127,7 @@ class Bench:
             if not command.running():
                 return True  # its status and words say why
             self.operate(command)
-            moving = state["shutter_open"] and max(map(abs, state["speed_deg_per_s"])) > MOVING_DEG_PER_S
+            moving = state["shutter_open"] and max(map(abs, state["speed_deg_per_s"])) > least_deg_per_s
             if not moving:
                 begun.clear()
                 return False

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 from gonio.protocol.generated import gonio_pb2 as pb
 from gonio.rawlog.reader import RawLog, read_rawlog
 
@@ -65,6 +66,20 @@ def assert_fault_end(result: Result, *words: str) -> None:
     assert_safe(result)
     assert_fault_in_log(result.raw(), sentence)
     assert_recovered(result)
+
+
+def counters(log: RawLog) -> pb.Counters:
+    """The firmware's last count of what went wrong, since its start."""
+    return [event.counters for event in log.events if event.HasField("counters")][-1]
+
+
+def assert_nothing_lost(path: Path) -> None:
+    """A whole log: every frame of the link, every sample, no frame of the bus left unread."""
+    log = raw_log(path)
+    assert log.problem is None
+    assert log.segments[0].link_gap_frames == 0
+    assert np.all(np.diff(log.sample_number.astype(np.int64)) == 1)
+    assert counters(log).can_overflow == 0
 
 
 def last_status(log: RawLog) -> pb.Status:

@@ -6,7 +6,14 @@ from pathlib import Path
 from typing import Any, Literal, NoReturn
 
 _USB_DEVICES = Path("/sys/bus/usb/devices")
-_VM_KEYS: dict[str, type] = {"instrument": str, "system_limit_s": float, "timing_limit_s": float, "timing_samples": int}
+_VM_KEYS: dict[str, type] = {
+    "instrument": str,
+    "system_limit_s": float,
+    "timing_limit_s": float,
+    "timing_samples": int,
+    "soak_limit_s": float,
+    "soak_scans": int,
+}
 _BENCH_KEYS: dict[str, type] = {"serial": str, "instrument": str, "watcher": str, "operator": str}
 
 

@@ -26,10 +26,11 @@ cd {root} && exec {root}/.venv/bin/python -m guest.runner /run/results
 class SystemLane:
     """One boot for all scenarios that the selected tests want."""
 
-    def __init__(self, rig: Rig, build: Path, results: Path, wanted: Sequence[str]) -> None:
+    def __init__(self, rig: Rig, build: Path, results: Path, limit_s: float, wanted: Sequence[str]) -> None:
         self._rig = rig
         self._build = build
         self._results = results
+        self._limit_s = limit_s
         self._wanted = sorted(set(wanted))
         self._broken: str | None = None
         self._booted = False
@@ -62,7 +63,7 @@ class SystemLane:
         }
         (self._results / "job.json").write_text(json.dumps(job, indent=1))
         (self._results / "start.sh").write_text(_START.format(hil=HIL, root=ROOT))
-        serial = boot(Machine(kernel_image(), "system", self._results, float(self._rig.settings["system_limit_s"])))
+        serial = boot(Machine(kernel_image(), "system", self._results, self._limit_s))
         broken = self._results / "broken.json"
         if broken.is_file():
             raise BootError(str(json.loads(broken.read_text())["text"]))

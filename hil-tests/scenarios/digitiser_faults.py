@@ -1,4 +1,4 @@
-"""digitiser_faults.py: the digitiser's cable pulled, its strobe stuck or doubled; 100,000 samples per second."""
+"""digitiser_faults.py: the digitiser's cable pulled, its strobe stuck or doubled."""
 
 from guest.bench import Bench
 from guest.gadgets import DIGITISER

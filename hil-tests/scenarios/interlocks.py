@@ -20,6 +20,13 @@ def emergency_stop(bench: Bench) -> None:
 
 
 @scenario()
+def limit_switch(bench: Bench) -> None:
+    fault_in_scan(bench, lambda: bench.twin.fault("limit"))
+    bench.twin.clear()
+    home_again(bench)
+
+
+@scenario()
 def sto_opened_and_closed(bench: Bench) -> None:
     fault_in_scan(bench, lambda: bench.twin.fault("sto_open"))
     bench.gonio("home-while-open", "home")

@@ -19,7 +19,7 @@ def cable_wrap(bench: Bench) -> None:
 @scenario()
 def wrong_sign(bench: Bench) -> None:
     """The instrument file has the arm's azimuth turn the other way than its switch says."""
-    described = bench.rig_folder / bench.rig["vm"]["instrument"]
+    described = bench.instrument
     head, arm = described.read_text().split('name = "arm azimuth"')
     wrong = bench.folder / "wrong-sign.toml"
     wrong.write_text(head + 'name = "arm azimuth"' + re.sub(r"\[10000, 9\]", "[-10000, 9]", arm, count=1))

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "configure.h"
-#include "inputs.h"
+#include "input_lines.h"
 #include "notice.h"
 #include "operation.h"
 #include "outputs.h"

@@ -6,7 +6,7 @@
 #include "boot.h"
 #include "fault.h"
 #include "homing.h"
-#include "inputs.h"
+#include "input_lines.h"
 #include "monitor.h"
 #include "notice.h"
 

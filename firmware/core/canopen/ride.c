@@ -5,7 +5,7 @@
 #include <stdio.h>
 
 #include "fault.h"
-#include "inputs.h"
+#include "input_lines.h"
 #include "log.h"
 #include "notice.h"
 #include "outputs.h"

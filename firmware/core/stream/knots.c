@@ -9,7 +9,7 @@
 
 static void refuse(struct gn_stream *stream, int64_t now_ns, const char *text) {
     gn_event_log(stream, now_ns, GN_LOG_ERROR, text);
-    gn_requests_stop(stream);
+    gn_stream_ask_stop(stream);
 }
 
 /* false: the payload is no knot block, or its knots go beyond the credit. */

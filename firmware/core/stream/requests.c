@@ -97,14 +97,10 @@ static void acquire(struct gn_stream *stream, const struct gn_inbound *from, con
     answer(stream, from, request->id, gonio_ReplyCode_REPLY_OK, "");
 }
 
-void gn_requests_stop(struct gn_stream *stream) {
-    (void)__atomic_add_fetch(&stream->shared->stop_requested, 1u, __ATOMIC_RELEASE);
-}
-
 static void stop(struct gn_stream *stream, const struct gn_inbound *from, const gonio_Request *request,
                  int64_t now_ns) {
     char text[128];
-    gn_requests_stop(stream);
+    gn_stream_ask_stop(stream);
     (void)snprintf(text, sizeof text, "stop asked for by the %s: %s", from->from_driver ? "driver" : "visitor",
                    request->body.stop.reason);
     gn_event_log(stream, now_ns, GN_LOG_INFO, text);

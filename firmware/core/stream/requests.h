@@ -8,7 +8,5 @@
 void gn_requests_handle(struct gn_stream *stream, const struct gn_inbound *inbound, int64_t now_ns);
 /* A reply of motion on its way out: to whom, and what only the stream side knows is filled in. */
 void gn_requests_reply(struct gn_stream *stream, gonio_Reply *reply);
-/* Stops whatever moves; motion sees the count go up. */
-void gn_requests_stop(struct gn_stream *stream);
 
 #endif

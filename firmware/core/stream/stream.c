@@ -58,7 +58,7 @@ static void acquire(struct gn_stream *stream, int64_t now_ns) {
     const char *const trouble = gn_acquisition_process(&stream->acquisition, now_ns);
     if (trouble != NULL) {
         gn_event_digitiser_fault(stream, now_ns, trouble);
-        gn_requests_stop(stream);
+        gn_stream_ask_stop(stream);
     }
     bool const locked = gn_sample_clock_settled(&stream->acquisition.clock, now_ns);
     __atomic_store_n(&stream->shared->clock_locked, locked ? 1u : 0u, __ATOMIC_RELAXED);

@@ -44,4 +44,9 @@ struct gn_stream {
     struct gn_session session;
 };
 
+/* Whatever moves shall be held; motion counts these. */
+static inline void gn_stream_ask_stop(struct gn_stream *stream) {
+    (void)__atomic_add_fetch(&stream->shared->stop_requested, 1u, __ATOMIC_RELEASE);
+}
+
 #endif

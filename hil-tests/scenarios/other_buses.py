@@ -1,0 +1,22 @@
+"""other_buses.py: home and a short scan on the kernel's virtual CAN bus and on two emulated PCI cards."""
+
+from guest.bench import Bench
+from scenarios.registry import scenario
+
+
+def _home_and_scan(bench: Bench) -> None:
+    bench.gonio("home", "home")
+    bench.end(bench.scan("short.toml"))
+    bench.until_safe()
+
+
+@scenario(can="vcan")
+def on_virtual_bus(bench: Bench) -> None:
+    """One interface for all: no bit times, no error frames."""
+    _home_and_scan(bench)
+
+
+@scenario(can="card")
+def on_pci_cards(bench: Bench) -> None:
+    """SJA1000 chips behind the kernel's kvaser_pci driver."""
+    _home_and_scan(bench)
