@@ -99,5 +99,7 @@ def pytest_report_teststatus(report: pytest.TestReport | Any) -> tuple[str, str,
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     tally, rig = config.stash[_TALLY], config.stash[_RIG]
     terminalreporter.section(tally.line(rig.path.name))
+    if repeated := config.stash[_LANE].repeated():
+        terminalreporter.line(f"run twice, since the emulation stood still in the first run: {', '.join(repeated)}")
     for report in terminalreporter.stats.get("broken rig", []):
         terminalreporter.line(f"{report.nodeid}: {report.longrepr}")

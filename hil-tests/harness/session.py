@@ -47,6 +47,13 @@ class SystemLane:
             raise BrokenRigError(self._broken)
         return Result(self._results, scenario)
 
+    def repeated(self) -> list[str]:
+        """Scenarios that were run twice, since the emulation stood still."""
+        if not self._booted:
+            return []
+        left = [name for name in self._wanted if (self._results / name / "result.json").is_file()]
+        return [name for name in left if Result(self._results, name).repeated]
+
     def _boot(self) -> None:
         programs = {name: self._build / path for name, path in PROGRAMS.items()}
         for name, path in programs.items():

@@ -79,6 +79,13 @@ TEST(World, EveryPersonalityFlies) {
     }
 }
 
+// The firmware gives such axes a few degrees per second; the bench host wants more on its first path.
+TEST(World, DrivesWithoutAnRpdoDeadlineAreNotFlownFast) {
+    Scenario scenario = scenario_of("lambertian");
+    scenario.drives.without = {{0x1400, 5}};
+    EXPECT_NE(fly(scenario, 4000).trouble.find("path 1 ended early"), std::string::npos);
+}
+
 TEST(World, LossesAreCountedAndTheFlightGoesOn) {
     Bench_result const result = fly(scenario_of("fault_losses"), 6000);
     EXPECT_EQ(result.trouble, "");
