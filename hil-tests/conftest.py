@@ -10,11 +10,13 @@ from harness.outcomes import BrokenRigError, Outcome, Tally
 from harness.results import Result, ScenarioFailedError
 from harness.rig import Rig, RigFileError, load_rig
 from harness.session import ROOT, SystemLane
+from harness.timing import TimingLane
 
 HERE = Path(__file__).resolve().parent
 _RIG = pytest.StashKey[Rig]()
 _TALLY = pytest.StashKey[Tally]()
 _LANE = pytest.StashKey[SystemLane]()
+_TIMING = pytest.StashKey[TimingLane]()
 _BROKEN = pytest.StashKey[bool]()
 
 
@@ -26,7 +28,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "scenario(name): the test looks at what this scenario left")
-    config.addinivalue_line("markers", "vm: the test needs the virtual machine, not a bench")
+    config.addinivalue_line("markers", "timing: the test looks at the timing lane")
     try:
         config.stash[_RIG] = load_rig(Path(config.getoption("--rig")).resolve())
     except RigFileError as error:
@@ -40,9 +42,12 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     config = session.config
     rig = config.stash[_RIG]
     lane = "soak" if "soak" in wanted else "system"
-    results = ROOT / "build" / "hil" / rig.path.stem / lane
+    build = Path(config.getoption("--build")).resolve()
+    results = ROOT / "build" / "hil" / rig.path.stem
+    timed = any(item.get_closest_marker("timing") for item in session.items)
+    timing = config.stash[_TIMING] = TimingLane(rig, build, results / "timing", timed)
     limit_s = float(rig.settings.get(f"{lane}_limit_s", 0.0))  # a bench has no machine to boot
-    config.stash[_LANE] = SystemLane(rig, Path(config.getoption("--build")).resolve(), results, limit_s, wanted)
+    config.stash[_LANE] = SystemLane(rig, build, results / lane, limit_s, wanted, timing.begin)
 
 
 @pytest.fixture
@@ -53,6 +58,14 @@ def rig(pytestconfig: pytest.Config) -> Rig:
     if absent:
         pytest.skip(f"not run: {absent}")
     return chosen
+
+
+@pytest.fixture
+def timing_lane(pytestconfig: pytest.Config, rig: Rig) -> TimingLane:
+    """The timing lane; the test is not run on a bench."""
+    if rig.kind != "vm":
+        pytest.skip(f"not run: {rig.path.name} has no instruction clock")
+    return pytestconfig.stash[_TIMING]
 
 
 @pytest.fixture

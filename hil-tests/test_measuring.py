@@ -62,9 +62,3 @@ def test_fly_scan_is_the_virtual_one(result: Result, rig: Rig, tmp_path: Path) -
     assert_nothing_lost(result.raw())
     assert len(raw_log(result.raw()).sample_number) >= LEAST_FLOWN
     assert_as_in_virtual_time(result, rig, "fly.toml", tmp_path)
-
-
-@pytest.mark.scenario("fly_scan_over_usb")
-def test_scan_over_usb_loses_nothing(result: Result) -> None:
-    assert result.command("raw").status == 0, result.command("raw").stderr
-    assert_nothing_lost(result.raw())

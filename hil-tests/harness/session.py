@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from harness.outcomes import BrokenRigError
@@ -26,12 +26,22 @@ cd {root} && exec {root}/.venv/bin/python -m guest.runner /run/results
 class SystemLane:
     """One boot for all scenarios that the selected tests want."""
 
-    def __init__(self, rig: Rig, build: Path, results: Path, limit_s: float, wanted: Sequence[str]) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        build: Path,
+        results: Path,
+        limit_s: float,
+        wanted: Sequence[str],
+        beside: Callable[[], None],
+    ) -> None:
+        """`beside` begins what may run while this boot's guest imports Python, on one processor."""
         self._rig = rig
         self._build = build
         self._results = results
         self._limit_s = limit_s
         self._wanted = sorted(set(wanted))
+        self._beside = beside
         self._broken: str | None = None
         self._booted = False
 
@@ -70,7 +80,9 @@ class SystemLane:
         }
         (self._results / "job.json").write_text(json.dumps(job, indent=1))
         (self._results / "start.sh").write_text(_START.format(hil=HIL, root=ROOT))
-        serial = boot(Machine(kernel_image(), "system", self._results, self._limit_s))
+        kernel = kernel_image()
+        self._beside()
+        serial = boot(Machine(kernel, "system", self._results, self._limit_s))
         broken = self._results / "broken.json"
         if broken.is_file():
             raise BootError(str(json.loads(broken.read_text())["text"]))

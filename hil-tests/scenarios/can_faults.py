@@ -3,7 +3,7 @@
 from guest.bench import Bench
 from guest.interfaces import CAN_PAIRS, can_details, can_down, can_error_state, can_up
 from scenarios.registry import scenario
-from scenarios.steps import fault_in_scan, home_again
+from scenarios.steps import BRIEF_PLAN, fault_in_scan, home_again
 
 INTERFACE = CAN_PAIRS["sim"].firmware
 
@@ -23,7 +23,7 @@ def error_passive(bench: Bench) -> None:
         can_error_state(INTERFACE, "error-passive")
         bench.values["interface"] = can_details(INTERFACE)
 
-    fault_in_scan(bench, passive)
+    fault_in_scan(bench, passive, plan=BRIEF_PLAN)
     can_error_state(INTERFACE, "error-active")
     home_again(bench)
 

@@ -3,7 +3,7 @@
 from guest.bench import Bench
 from guest.gadgets import DIGITISER
 from scenarios.registry import scenario
-from scenarios.steps import fault_in_scan, home_again
+from scenarios.steps import BRIEF_PLAN, fault_in_scan, home_again
 
 
 @scenario()
@@ -11,7 +11,7 @@ def digitiser_unplugged(bench: Bench) -> None:
     fault_in_scan(bench, DIGITISER.unplug)
     DIGITISER.plug()
     home_again(bench)
-    bench.end(bench.scan("short.toml", "after.mcap"))
+    bench.end(bench.scan("brief.toml", "after.mcap"))
 
 
 @scenario()
@@ -24,6 +24,6 @@ def strobe_stuck(bench: Bench) -> None:
 @scenario()
 def strobe_doubled(bench: Bench) -> None:
     """Pulses that come twice are rejected and counted; the scan is whole."""
-    fault_in_scan(bench, lambda: bench.twin.fault("strobe_doubled", count=20))
+    fault_in_scan(bench, lambda: bench.twin.fault("strobe_doubled", count=20), plan=BRIEF_PLAN)
     bench.state("after")
     bench.twin.clear()

@@ -54,6 +54,8 @@ def firmware_killed_without_deadline(bench: Bench) -> None:
     With the other instrument file, which wants more speed than such drives are given, nothing moves.
     """
     bench.end(bench.scan("slow.toml", "refused.mcap", instrument=bench.rig_folder / "vm-axes.toml"))
+    bench.station.goniod.kill(signal.SIGTERM)  # configured once, it takes another file only after its drives' release
+    bench.station.start_goniod()
     scan = bench.scan("slow.toml")
     bench.until_measuring(scan, degrees=1.0, least_deg_per_s=1.0)
     _kill(bench)

@@ -8,7 +8,7 @@ from guest.bench import Bench
 from guest.gadgets import LINK
 from guest.interfaces import run
 from scenarios.registry import scenario
-from scenarios.steps import fault_in_scan, home_again
+from scenarios.steps import BRIEF_PLAN, fault_in_scan, home_again
 
 STEP_S = 3600
 SMALL_DISK = Path("/run/small-disk")
@@ -34,7 +34,7 @@ def link_unplugged(bench: Bench) -> None:
 @scenario()
 def disk_full(bench: Bench) -> None:
     SMALL_DISK.mkdir(exist_ok=True)
-    run("mount", "-t", "tmpfs", "-o", "size=256k", "small", str(SMALL_DISK))
+    run("mount", "-t", "tmpfs", "-o", "size=96k", "small", str(SMALL_DISK))
     try:
         scan = bench.start("raw", "scan", bench.plan("fault.toml"), "-o", SMALL_DISK / "raw.mcap")
         bench.end(scan)
@@ -53,6 +53,6 @@ def clock_stepped(bench: Bench) -> None:
         time.clock_settime(time.CLOCK_REALTIME, time.clock_gettime(time.CLOCK_REALTIME) + seconds)
 
     try:
-        fault_in_scan(bench, lambda: step(STEP_S))
+        fault_in_scan(bench, lambda: step(STEP_S), plan=BRIEF_PLAN)
     finally:
         step(-STEP_S)

@@ -28,11 +28,6 @@ def step_scan(bench: Bench) -> None:
 
 @scenario()
 def fly_scan(bench: Bench) -> None:
-    bench.end(bench.scan("fly.toml"), 150.0)
-    bench.until_safe()
-
-
-@scenario()
-def fly_scan_over_usb(bench: Bench) -> None:
-    bench.end(bench.scan("short.toml", device=bench.usb))
+    """Over USB."""
+    bench.end(bench.scan("fly.toml", device=bench.usb), 150.0)
     bench.until_safe()

@@ -6,7 +6,7 @@ from scenarios.registry import scenario
 
 def _home_and_scan(bench: Bench) -> None:
     bench.gonio("home", "home")
-    bench.end(bench.scan("short.toml"))
+    bench.end(bench.scan("brief.toml"))
     bench.until_safe()
 
 
