@@ -10,13 +10,11 @@ from harness.outcomes import BrokenRigError, Outcome, Tally
 from harness.results import Result, ScenarioFailedError
 from harness.rig import Rig, RigFileError, load_rig
 from harness.session import ROOT, SystemLane
-from harness.timing import TimingLane
 
 HERE = Path(__file__).resolve().parent
 _RIG = pytest.StashKey[Rig]()
 _TALLY = pytest.StashKey[Tally]()
 _LANE = pytest.StashKey[SystemLane]()
-_TIMING = pytest.StashKey[TimingLane]()
 _BROKEN = pytest.StashKey[bool]()
 
 
@@ -28,7 +26,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "scenario(name): the test looks at what this scenario left")
-    config.addinivalue_line("markers", "timing: the test looks at the timing lane")
     try:
         config.stash[_RIG] = load_rig(Path(config.getoption("--rig")).resolve())
     except RigFileError as error:
@@ -44,10 +41,8 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     lane = "soak" if "soak" in wanted else "system"
     build = Path(config.getoption("--build")).resolve()
     results = ROOT / "build" / "hil" / rig.path.stem
-    timed = any(item.get_closest_marker("timing") for item in session.items)
-    timing = config.stash[_TIMING] = TimingLane(rig, build, results / "timing", timed)
     limit_s = float(rig.settings.get(f"{lane}_limit_s", 0.0))  # a bench has no machine to boot
-    config.stash[_LANE] = SystemLane(rig, build, results / lane, limit_s, wanted, timing.begin)
+    config.stash[_LANE] = SystemLane(rig, build, results / lane, limit_s, wanted)
 
 
 @pytest.fixture
@@ -58,14 +53,6 @@ def rig(pytestconfig: pytest.Config) -> Rig:
     if absent:
         pytest.skip(f"not run: {absent}")
     return chosen
-
-
-@pytest.fixture
-def timing_lane(pytestconfig: pytest.Config, rig: Rig) -> TimingLane:
-    """The timing lane; the test is not run on a bench."""
-    if rig.kind != "vm":
-        pytest.skip(f"not run: {rig.path.name} has no instruction clock")
-    return pytestconfig.stash[_TIMING]
 
 
 @pytest.fixture
@@ -112,7 +99,5 @@ def pytest_report_teststatus(report: pytest.TestReport | Any) -> tuple[str, str,
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     tally, rig = config.stash[_TALLY], config.stash[_RIG]
     terminalreporter.section(tally.line(rig.path.name))
-    if repeated := config.stash[_LANE].repeated():
-        terminalreporter.line(f"run twice, since the emulation stood still in the first run: {', '.join(repeated)}")
     for report in terminalreporter.stats.get("broken rig", []):
         terminalreporter.line(f"{report.nodeid}: {report.longrepr}")

@@ -19,26 +19,8 @@ WORK = Path("/run/work")  # in memory: a write that waits for the 9p share would
 
 
 def run_scenario(scenario: Scenario, station: Station, job: dict[str, Any], results: Path) -> bool:
-    """Run one scenario; false when the station must not be used any more as it is. A run in which the emulation stood
-    still says nothing, and is repeated once: the result says so, and the first run's files stay beside it."""
+    """Run one scenario; false when the station must not be used any more as it is."""
     folder = WORK / scenario.name
-    usable = attempt(scenario, station, job, folder)
-    repeated = station.stood_still()
-    if repeated:
-        print(f"runner: {scenario.name}: the emulation stood still, once more", flush=True)  # noqa: T201
-        folder.rename(WORK / f"{scenario.name}.stood-still")
-        carry_out(WORK / f"{scenario.name}.stood-still", results)
-        if not usable:
-            station.end()
-        usable = attempt(scenario, station, job, folder)
-    result = json.loads((folder / "result.json").read_text())
-    write_json(folder / "result.json", result | {"repeated": repeated})
-    carry_out(folder, results)
-    return usable
-
-
-def attempt(scenario: Scenario, station: Station, job: dict[str, Any], folder: Path) -> bool:
-    """Go through the steps once and write result.json; false when the station must not be used any more as it is."""
     folder.mkdir()
     bench = Bench(station, job["rig"], Path(job["rig_folder"]), folder)
     began = time.monotonic()
@@ -59,6 +41,7 @@ def attempt(scenario: Scenario, station: Station, job: dict[str, Any], folder: P
     result["processes"] = [program.account() for program in station.programs() if program.alive()]
     result["goniod_log"] = station.goniod.errors.name
     write_json(folder / "result.json", result)
+    carry_out(folder, results)
     took = f"{result['seconds']:.1f} s"
     print(f"runner: {scenario.name}: {error['kind'] if error else 'done'}, {took}", flush=True)  # noqa: T201
     return error is None and not scenario.spoils

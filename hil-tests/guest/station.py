@@ -10,7 +10,6 @@ from guest.processes import Program, RigError
 from guest.twin_control import TwinControl
 
 CONTROL = Path("/run/twin.sock")
-ECHOES_LOST = "in a row did not come back from the bus"  # goniod's words
 TWIN_PRIORITY = 40  # SCHED_FIFO, below goniod: drives keep their time, whatever else loads the machine
 _INPUTS = ("strobe", "door", "emergency_stop", "sto", "limit")  # in the twin's order of lines
 _OUTPUTS = ("shutter", "lamp", "watchdog")
@@ -36,7 +35,6 @@ class Station:
         self._goniod: Program | None = None
         self._twin_program: Program | None = None
         self._control: TwinControl | None = None
-        self._echoes_lost = 0
         self.port = 0
         self.watchers: dict[str, Program] = {}
 
@@ -117,15 +115,6 @@ class Station:
             self._control = None
         if self._twin_program is not None and self._twin_program.alive():
             self._twin_program.kill(signal.SIGTERM)
-
-    def stood_still(self) -> bool:
-        """Whether SYNCs had no echo since the last call though nothing was wrong with the bus: the machine had no time.
-        A bus that a scenario breaks is told in other words."""
-        said = 0
-        for log in self._logs.glob("goniod.*.err"):
-            said += log.read_text(errors="replace").count(ECHOES_LOST)
-        new, self._echoes_lost = said > self._echoes_lost, said
-        return new
 
     def end_watchers(self) -> None:
         for watcher in self.watchers.values():

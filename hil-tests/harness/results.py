@@ -72,11 +72,6 @@ class Result:
         return state
 
     @property
-    def repeated(self) -> bool:
-        """Whether the emulation stood still in a first run."""
-        return bool(self._content.get("repeated"))
-
-    @property
     def values(self) -> dict[str, Any]:
         values: dict[str, Any] = self._content["values"]
         return values

@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from harness.outcomes import BrokenRigError
@@ -26,22 +26,12 @@ cd {root} && exec {root}/.venv/bin/python -m guest.runner /run/results
 class SystemLane:
     """One boot for all scenarios that the selected tests want."""
 
-    def __init__(
-        self,
-        rig: Rig,
-        build: Path,
-        results: Path,
-        limit_s: float,
-        wanted: Sequence[str],
-        beside: Callable[[], None],
-    ) -> None:
-        """`beside` begins what may run while this boot's guest imports Python, on one processor."""
+    def __init__(self, rig: Rig, build: Path, results: Path, limit_s: float, wanted: Sequence[str]) -> None:
         self._rig = rig
         self._build = build
         self._results = results
         self._limit_s = limit_s
         self._wanted = sorted(set(wanted))
-        self._beside = beside
         self._broken: str | None = None
         self._booted = False
 
@@ -56,13 +46,6 @@ class SystemLane:
         if self._broken is not None and not (self._results / scenario / "result.json").is_file():
             raise BrokenRigError(self._broken)
         return Result(self._results, scenario)
-
-    def repeated(self) -> list[str]:
-        """Scenarios that were run twice, since the emulation stood still."""
-        if not self._booted:
-            return []
-        left = [name for name in self._wanted if (self._results / name / "result.json").is_file()]
-        return [name for name in left if Result(self._results, name).repeated]
 
     def _boot(self) -> None:
         programs = {name: self._build / path for name, path in PROGRAMS.items()}
@@ -80,9 +63,7 @@ class SystemLane:
         }
         (self._results / "job.json").write_text(json.dumps(job, indent=1))
         (self._results / "start.sh").write_text(_START.format(hil=HIL, root=ROOT))
-        kernel = kernel_image()
-        self._beside()
-        serial = boot(Machine(kernel, "system", self._results, self._limit_s))
+        serial = boot(Machine(kernel_image(), "system", self._results, self._limit_s))
         broken = self._results / "broken.json"
         if broken.is_file():
             raise BootError(str(json.loads(broken.read_text())["text"]))

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -16,30 +15,6 @@ from vm.initrd import InitrdError
 _HIL = Path(__file__).resolve().parents[1]
 _HOST = "sim/gonio-bench-host"
 _TOOLS = ("/usr/sbin/ip", "/usr/bin/chrt")
-
-
-class TimingLane:
-    """The timing lane's boot, begun beside the system lane's: its guest does not notice how busy this machine is."""
-
-    def __init__(self, rig: Rig, build: Path, results: Path, wanted: bool) -> None:
-        self._rig = rig
-        self._build = build
-        self._results = results
-        self._wanted = wanted
-        self._account: Future[dict[str, Any]] | None = None
-
-    def begin(self) -> None:
-        """Boot in the background, if a test wants it."""
-        if self._wanted and self._account is None:
-            worker = ThreadPoolExecutor(max_workers=1)
-            self._account = worker.submit(run_timing_lane, self._rig, self._build, self._results)
-            worker.shutdown(wait=False)
-
-    def account(self) -> dict[str, Any]:
-        """The small host's account. Raises BrokenRigError."""
-        self.begin()
-        assert self._account is not None, "no test was marked timing"
-        return self._account.result()
 
 
 def run_timing_lane(rig: Rig, build: Path, results: Path) -> dict[str, Any]:

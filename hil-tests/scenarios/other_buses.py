@@ -1,4 +1,4 @@
-"""other_buses.py: home and a short scan on the kernel's virtual CAN bus and on two emulated PCI cards."""
+"""other_buses.py: home and a brief scan on the kernel's virtual CAN bus and on two emulated PCI cards."""
 
 from guest.bench import Bench
 from scenarios.registry import scenario

@@ -15,18 +15,29 @@ void gn_inputs_init(struct gn_motion *motion) {
     }
 }
 
+/* Emergency stop and door take the torque too, and the kernel may tell of that line first: it names the cause. */
+static uint32_t cause_of(const struct gn_motion *motion, uint32_t line) {
+    const uint32_t causes[] = {GN_LINE_EMERGENCY_STOP, GN_LINE_DOOR};
+    for (uint32_t i = 0; line == GN_LINE_STO && i < sizeof causes / sizeof causes[0]; i++) {
+        if (!motion->port->edge.level(motion->port->edge.context, causes[i])) {
+            return causes[i];
+        }
+    }
+    return line;
+}
+
 static void dropped(struct gn_motion *motion, uint32_t line) {
     uint32_t enabled = 0;
     for (uint32_t i = 0; i < motion->cycle.axis_count; i++) {
         enabled |= motion->axes[i].enabled ? 1u << i : 0u;
     }
-    const struct gn_input_line *meaning = gn_input_line(line);
+    const struct gn_input_line *meaning = gn_input_line(cause_of(motion, line));
     if (enabled == 0u || (meaning->while_riding && motion->path.state == GN_PATH_IDLE)) {
         return;
     }
     struct gn_trouble trouble = {.code = meaning->code, .remedy = meaning->remedy};
     (void)snprintf(trouble.cause, sizeof trouble.cause, "%s", meaning->cause);
-    gn_fault_raise(motion, GN_NO_AXIS, meaning->torque_off ? enabled : 0u, &trouble);
+    gn_fault_raise(motion, GN_NO_AXIS, gn_input_line(line)->torque_off ? enabled : 0u, &trouble);
 }
 
 /* How many edges of this line were lost before this one. */

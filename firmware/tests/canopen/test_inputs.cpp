@@ -52,6 +52,23 @@ TEST_F(Inputs, limit_switch_is_meant_to_be_reached_in_homing) {
     EXPECT_TRUE(bench.all(gonio_Event_fault_tag).empty());
 }
 
+TEST_F(Inputs, emergency_stop_is_named_though_the_torque_went_first) {
+    move();
+    bench.levels[GN_LINE_EMERGENCY_STOP] = false; // its own edge is still on the way
+    bench.edge(GN_LINE_STO, false);
+    bench.run(1 * ms);
+    bench.edge(GN_LINE_EMERGENCY_STOP, false);
+    bench.run(3000 * ms);
+    EXPECT_EQ(bench.only_fault().code, gonio_FaultCode_FAULT_EMERGENCY_STOP);
+}
+
+TEST_F(Inputs, torque_that_went_alone_is_told_as_that) {
+    move();
+    bench.edge(GN_LINE_STO, false);
+    bench.run(3000 * ms);
+    EXPECT_EQ(bench.only_fault().code, gonio_FaultCode_FAULT_STO);
+}
+
 TEST_F(Inputs, door_that_opened_and_closed_unseen_is_a_fault) {
     move();
     lose_edges(GN_LINE_DOOR, 1); // it fell, and this is where it rose again
