@@ -14,7 +14,7 @@ DIST_FLAGS := -Wno-error=format-truncation -fstack-protector-strong -D_FORTIFY_S
 DIST_CMAKE = $(CMAKE) -S . -DGONIO_EMBREE=OFF -DGONIO_GPIOD_SOURCE=$(GONIO_GPIOD) -DCMAKE_C_FLAGS="$(DIST_FLAGS)" -DCMAKE_CXX_FLAGS="$(DIST_FLAGS)"
 
 .PHONY: cross dist
-cross: $(CROSS)/arm64/.built $(CROSS)/armhf/.built ## goniod for ARM boards, and the twin for arm64 (build/cross)
+cross: $(CROSS)/arm64/.built $(CROSS)/armhf/.built ## goniod for ARM boards, and gonio-l1 (the twin without photon map) for arm64 (build/cross)
 
 dist: $(foreach arch,$(DIST_ARCHES),$(CROSS)/$(arch)/.built) ## Debian packages of goniod for x86-64, arm64 and armhf, with their source (build/dist)
 	@packaging/deb.sh amd64 $(CROSS)/amd64/build strip $(DIST)
@@ -42,7 +42,7 @@ $(SYSROOTS): $(CROSS)/%/.sysroot: packaging/cross/sysroot.sh | $(STAMPS)/apt-dis
 $(CROSS)/arm64/.built $(CROSS)/armhf/.built: $(CROSS)/%/.built: $(CROSS)/%/.sysroot
 $(BUILT): $(CROSS)/%/.built: .FORCE | $(GPIOD)/.unpacked $(STAMPS)/apt-build $(STAMPS)/apt-dist .venv/.installed
 	@$(DIST_CMAKE) -B $(CROSS)/$*/build $(if $(filter-out amd64,$*),-DCMAKE_TOOLCHAIN_FILE=packaging/cross/$*.cmake) > /dev/null
-	@ninja -C $(CROSS)/$*/build --quiet goniod $(if $(filter arm64,$*),gonio-twin)
+	@ninja -C $(CROSS)/$*/build --quiet goniod $(if $(filter arm64,$*),gonio-l1)
 	@touch $@
 .PHONY: .FORCE
 .FORCE:

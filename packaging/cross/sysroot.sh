@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# sysroot.sh ARCH DIRECTORY: unpacks Debian's ARCH packages of the libraries that goniod and gonio-twin link into DIRECTORY. Apt keeps its
+# sysroot.sh ARCH DIRECTORY: unpacks Debian's ARCH packages of the libraries that goniod and gonio-l1 link into DIRECTORY. Apt keeps its
 # state there too: the machine's own architectures, package lists and installed packages stay as they are.
 set -euo pipefail
 arch=$1

@@ -17,7 +17,7 @@ from gonio.reduce.pipeline import reduce_rawlog
 
 ROOT = Path(__file__).resolve().parents[3]
 CROSS = ROOT / "build" / "cross" / "arm64"
-TWIN = CROSS / "build" / "sim" / "gonio-twin"
+TWIN = CROSS / "build" / "sim" / "gonio-l1"
 GONIOD = CROSS / "build" / "firmware" / "app" / "goniod"
 QEMU = shutil.which("qemu-aarch64-static") or shutil.which("qemu-aarch64")
 SELF_TEST_S = 60.0
@@ -38,7 +38,7 @@ strobe_latency_us = 20.0
 pytestmark = [
     pytest.mark.twin,
     pytest.mark.skipif(QEMU is None, reason="qemu-aarch64-static is not installed (make cross brings it)"),
-    pytest.mark.skipif(not TWIN.exists(), reason="gonio-twin is not built for arm64 (make cross builds it)"),
+    pytest.mark.skipif(not TWIN.exists(), reason="gonio-l1 is not built for arm64 (make cross builds it)"),
 ]
 
 
