@@ -1,5 +1,6 @@
 """checks.py: what every fault must end in: one sentence, status 3, rest, dark, a readable log, recovery."""
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from harness.results import Command, Result
 INSTRUMENT_FAULT = 3  # exit status
 AXES = 4
 REST_DEG_PER_S = 0.05
+CLOCK_TOLERANCE = 0.01  # far more than a crystal's; emulated interrupts are late by milliseconds
 
 
 def raw_log(path: Path) -> RawLog:
@@ -73,13 +75,27 @@ def counters(log: RawLog) -> pb.Counters:
     return [event.counters for event in log.events if event.HasField("counters")][-1]
 
 
-def assert_nothing_lost(path: Path) -> None:
-    """A whole log: every frame of the link, every sample, no frame of the bus left unread."""
+def assert_whole(path: Path) -> None:
+    """A whole log: every frame of the link, every sample."""
     log = raw_log(path)
     assert log.problem is None
     assert log.segments[0].link_gap_frames == 0
     assert np.all(np.diff(log.sample_number.astype(np.int64)) == 1)
-    assert counters(log).can_overflow == 0
+
+
+def assert_nothing_lost(path: Path) -> None:
+    """A whole log, and no frame of the bus left unread."""
+    assert_whole(path)
+    assert counters(raw_log(path)).can_overflow == 0
+
+
+def assert_sample_clock(log: RawLog) -> None:
+    """The fitted sample times go by the instrument's period, whatever the strobes' stamps suffered."""
+    settled = log.sample_settled
+    number, time_ns = log.sample_number[settled], log.sample_time_ns[settled]
+    period_us = 1e-3 * float(time_ns[-1] - time_ns[0]) / float(number[-1] - number[0])
+    nominal_us = tomllib.loads(log.metadata["instrument"])["cycle"]["sample_period_us"]
+    assert abs(period_us / nominal_us - 1.0) < CLOCK_TOLERANCE, f"{period_us} us per sample"
 
 
 def last_status(log: RawLog) -> pb.Status:

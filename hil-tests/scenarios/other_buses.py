@@ -18,5 +18,9 @@ def on_virtual_bus(bench: Bench) -> None:
 
 @scenario(can="card")
 def on_pci_cards(bench: Bench) -> None:
-    """SJA1000 chips behind the kernel's kvaser_pci driver."""
+    """SJA1000 chips behind the kernel's kvaser_pci driver.
+
+    A chip keeps 64 bytes of received frames, and emulated frames take no bit times: a machine that is busy with other
+    work loses some there (counted: can_overflow), and an SDO that is lost ends homing with "no answer".
+    """
     _home_and_scan(bench)

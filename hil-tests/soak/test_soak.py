@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.checks import assert_nothing_lost
+from harness.checks import assert_nothing_lost, assert_sample_clock, raw_log
 from harness.results import Result
 from harness.rig import Rig
 
@@ -24,6 +24,7 @@ def test_every_scan_succeeds(result: Result, rig: Rig) -> None:
 def test_no_scan_loses_a_sample(result: Result, rig: Rig) -> None:
     for name in names(rig):
         assert_nothing_lost(result.raw(f"{name}.mcap"))
+        assert_sample_clock(raw_log(result.raw(f"{name}.mcap")))
 
 
 @pytest.mark.scenario("soak")

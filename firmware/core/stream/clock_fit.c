@@ -4,6 +4,9 @@
 
 #include <math.h>
 
+/* No crystal is further off; ordinary ones are within 100 ppm. */
+#define CRYSTAL_TOLERANCE 1e-3
+
 /* A strobe as the line sees it, relative to the window's oldest: doubles hold these differences exactly. */
 struct place {
     double strobe;
@@ -27,6 +30,26 @@ static double turn(struct place a, struct place b, struct place c) {
     return (b.strobe - a.strobe) * (c.late_ns - a.late_ns) - (b.late_ns - a.late_ns) * (c.strobe - a.strobe);
 }
 
+static double slope_between(struct place a, struct place b) {
+    return (b.late_ns - a.late_ns) / (b.strobe - a.strobe);
+}
+
+/* Of the hull's edge over the middle. */
+static double middle_slope(const struct place *hull, uint32_t corners) {
+    double const middle = hull[corners - 1u].strobe / 2.0;
+    uint32_t right = 1;
+    while (right + 1u < corners && hull[right].strobe < middle) {
+        ++right;
+    }
+    return slope_between(hull[right - 1u], hull[right]);
+}
+
+/* Stamps that come in heaps can pretend any period; a crystal's is near the nominal one. */
+static double crystal_slope(const struct gn_sample_clock *clock, double slope) {
+    double const nominal_ns = (double)(clock->settings.sample_period_ns * (int64_t)clock->settings.samples_per_strobe);
+    return fmin(fmax(slope, -CRYSTAL_TOLERANCE * nominal_ns), CRYSTAL_TOLERANCE * nominal_ns);
+}
+
 struct gn_clock_fit gn_clock_fit_window(const struct gn_sample_clock *clock) {
     struct gn_clock_fit fit = {.nominal_period_ns = clock->settings.sample_period_ns};
     if (clock->count < 2u) {
@@ -43,20 +66,19 @@ struct gn_clock_fit gn_clock_fit_window(const struct gn_sample_clock *clock) {
         hull[corners] = next;
         source[corners++] = i;
     }
-    double const middle = hull[corners - 1u].strobe / 2.0;
-    uint32_t right = 1;
-    while (right + 1u < corners && hull[right].strobe < middle) {
-        ++right;
+    /* The supporting line of that slope touches the corner where the edges become steeper. */
+    double const slope = crystal_slope(clock, middle_slope(hull, corners));
+    uint32_t touch = 0;
+    while (touch + 1u < corners && slope_between(hull[touch], hull[touch + 1u]) < slope) {
+        ++touch;
     }
-    struct place const a = hull[right - 1u];
-    struct place const b = hull[right];
-    double const slope = (b.late_ns - a.late_ns) / (b.strobe - a.strobe);
+    struct place const a = hull[touch];
     double sum_ns = 0.0;
     for (uint32_t i = 0; i < clock->count; ++i) {
         struct place const place = place_at(clock, i);
         sum_ns += place.late_ns - (a.late_ns + slope * (place.strobe - a.strobe));
     }
-    struct gn_clock_point const support = point_at(clock, source[right - 1u]);
+    struct gn_clock_point const support = point_at(clock, source[touch]);
     fit.reference_sample = support.strobe * (int64_t)clock->settings.samples_per_strobe;
     fit.reference_ns = support.stamp_ns;
     fit.excess_period_ns = slope / clock->settings.samples_per_strobe;

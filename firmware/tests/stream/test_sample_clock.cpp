@@ -178,6 +178,38 @@ TEST(Sample_clock, a_clock_that_steps_is_learnt_anew) {
     EXPECT_EQ(line.clock.strobes_rejected, 16u);
 }
 
+// A machine that stands still now and then hands over what has gathered all at once: no crystal is that wrong.
+TEST(Sample_clock, edges_in_heaps_do_not_bend_the_period) {
+    int wrong = 0;
+    double worst = 0.0;
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+        Strobe_line line(seed);
+        gn_clock_settings const settings = {1000000, 10, 800000000, 45};
+        gn_sample_clock_start(&line.clock, &settings);
+        double free_ns = 0.0; // the machine stands still until then
+        std::int64_t last_ns = 0;
+        auto const handed_over = [&](double time_ns) {
+            last_ns = std::max(line.late(std::max(time_ns, free_ns)), last_ns + 20000);
+            return last_ns;
+        };
+        for (std::int64_t strobe = 0; strobe < 1000; ++strobe) {
+            double const time_ns = line.strobe_ns(strobe);
+            if (line.random() % 64 == 0) {
+                free_ns = time_ns + 1e6 * static_cast<double>(5 + line.random() % 20);
+            }
+            line.edge(true, handed_over(time_ns));
+            line.edge(false, handed_over(time_ns + (strobe % 64 == 0 ? 5e6 : 2.5e6)));
+        }
+        gn_clock_fit fit{};
+        if (gn_sample_clock_fit(&line.clock, last_ns, &fit)) {
+            double const off = std::abs(gn_clock_period_ns(&fit) / 1e6 - 1.0);
+            worst = std::max(worst, off);
+            wrong += off > 1.0001e-3 ? 1 : 0;
+        }
+    }
+    EXPECT_EQ(wrong, 0) << "worst " << worst;
+}
+
 TEST(Sample_clock, times_keep_their_last_nanosecond_after_a_year) {
     gn_clock_fit const fit = {.reference_sample = INT64_C(31536000000),
                               .reference_ns = INT64_C(31536000000000003),
