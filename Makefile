@@ -14,6 +14,7 @@ STAMPS := build/.stamps
 CMAKE := cmake -G Ninja $(if $(shell command -v ccache),-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 FUZZ := PYTHON=$(BIN)/python firmware/fuzz/run.sh build/fuzz/logs
 JOBS := 2
+CORE := base motion canopen stream
 
 BUILD_PACKAGES := build-essential cmake ninja-build python3 python3-dev python3-venv nanopb libnanopb-dev libtomlplusplus-dev libgtest-dev libembree-dev libusb-1.0-0-dev pkg-config
 CHECK_PACKAGES := clang-$(CLANG) clang-tidy-$(CLANG) clang-format-$(CLANG) clang-tools-$(CLANG) libclang-rt-$(CLANG)-dev
@@ -78,9 +79,10 @@ bench-sim: build ## the photon map beside Radiance's; a table and build/bench/be
 figures: build ## accuracy of a whole scan against the twin's truth
 	cd host && ../$(BIN)/python -m benchmarks.figures
 
-coverage: setup build/coverage/build.ninja ## line coverage of the firmware core
-	@ninja -C build/coverage --quiet
-	ctest --test-dir build/coverage --output-on-failure
+coverage: setup build/coverage/build.ninja ## line coverage of the firmware core by its unit tests
+	@find build/coverage -name '*.gcda' -delete
+	@ninja -C build/coverage --quiet $(CORE:%=test_firmware_%)
+	ctest --test-dir build/coverage --output-on-failure -R '^firmware_'
 	$(BIN)/gcovr --root . --filter firmware/core build/coverage
 
 soak: build $(STAMPS)/apt-check $(STAMPS)/apt-hil build/fuzz/build.ninja ## 100 scans in the virtual machine (half an hour), ten minutes of fuzzing per target
