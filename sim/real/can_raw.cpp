@@ -1,4 +1,4 @@
-// can_raw.cpp: SocketCAN's raw socket: stamps, a queue of its own, error frames.
+// can_raw.cpp: SocketCAN's raw socket: stamps, a queue of its own.
 #include "can_raw.hpp"
 
 #include <algorithm>
@@ -8,7 +8,6 @@
 #include <ctime>
 
 #include <linux/can.h>
-#include <linux/can/error.h>
 #include <linux/can/raw.h>
 #include <net/if.h>
 #include <sys/ioctl.h>
@@ -144,21 +143,6 @@ void Can_raw::empty_queue() {
         dropped_ += sent == Sent::never ? 1U : 0U;
         queue_.pop_front();
     }
-}
-
-bool Can_raw::show_error(const std::string &what) {
-    can_frame error{};
-    error.can_id = CAN_ERR_FLAG;
-    error.can_dlc = CAN_ERR_DLC;
-    if (what == "passive") {
-        error.can_id |= CAN_ERR_CRTL;
-        error.data[1] = CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE;
-    } else if (what == "off") {
-        error.can_id |= CAN_ERR_BUSOFF;
-    } else {
-        error.can_id |= CAN_ERR_RESTARTED;
-    }
-    return ::send(socket_, &error, sizeof error, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(sizeof error);
 }
 
 } // namespace gonio::sim

@@ -24,8 +24,6 @@ public:
     void wait_for(std::vector<pollfd> &descriptors) const override;
     void serve() override;
     void send(const gn_can_frame &frame) override;
-    // An error frame from this socket: other sockets with an error filter take it for the controller's.
-    bool show_error(const std::string &what) override;
     [[nodiscard]] std::uint64_t frames_dropped() const override { return dropped_; }
 
 private:

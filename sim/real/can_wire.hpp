@@ -15,8 +15,6 @@ public:
     using Heard = std::function<void(const gn_can_frame &frame)>;
 
     virtual void send(const gn_can_frame &frame) = 0;
-    // Makes the bus look passive, off or restarted to others; false: this one cannot.
-    virtual bool show_error(const std::string &what) = 0;
     [[nodiscard]] virtual std::uint64_t frames_dropped() const = 0;
     void on_frame(Heard heard) { heard_ = std::move(heard); }
     [[nodiscard]] bool stamped() const override { return true; }

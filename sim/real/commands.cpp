@@ -10,8 +10,7 @@
 namespace gonio::sim {
 namespace {
 
-constexpr const char *known =
-    "state, fault KIND key=value ..., clear, mount on|off, can-error passive|off|restarted, quit";
+constexpr const char *known = "state, fault KIND key=value ..., clear, mount on|off, quit";
 
 template <typename Show> std::string per_axis(Show show) {
     std::ostringstream text;
@@ -42,6 +41,9 @@ void Furthest::see(const std::array<double, axis_count> &q_deg) {
 std::string Furthest::json() const {
     return per_axis([this](std::size_t i) {
         std::ostringstream pair;
+        if (least_deg_.at(i) > most_deg_.at(i)) {
+            return std::string("null"); // nobody has looked yet
+        }
         pair.precision(10);
         pair << "[" << least_deg_.at(i) << ", " << most_deg_.at(i) << "]";
         return pair.str();
@@ -59,9 +61,6 @@ std::string Commands::obey(const std::string &line) {
     }
     if (verb == "fault") {
         return fault(rest);
-    }
-    if (verb == "can-error") {
-        return can_error(rest);
     }
     if (verb == "clear") {
         apparatus_.faults().clear();
@@ -118,16 +117,6 @@ std::string Commands::fault(const std::string &arguments) {
         return error(wrong.what());
     } catch (const toml::parse_error &) {
         return error("fault " + arguments + ": write it as KIND key=value key=value");
-    }
-    return "{\"ok\": true}";
-}
-
-std::string Commands::can_error(const std::string &what) {
-    if (what != "passive" && what != "off" && what != "restarted") {
-        return error("can-error: must be passive, off or restarted");
-    }
-    if (wire_ == nullptr || !wire_->show_error(what)) {
-        return error("can-error: this bus has no error frames; use --can with a CAN interface");
     }
     return "{\"ok\": true}";
 }

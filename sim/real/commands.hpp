@@ -38,7 +38,6 @@ public:
 private:
     [[nodiscard]] std::string state() const;
     std::string fault(const std::string &arguments);
-    std::string can_error(const std::string &what);
 
     Apparatus &apparatus_;
     Can_wire *wire_;

@@ -1,7 +1,6 @@
 // control.cpp: lines in, lines out.
 #include "control.hpp"
 
-#include <array>
 #include <cerrno>
 #include <cstring>
 
@@ -9,6 +8,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "tcp.hpp"
 #include "toml_table.hpp"
 
 namespace gonio::sim {
@@ -67,16 +67,7 @@ void Control_socket::serve() {
 }
 
 bool Control_socket::receive(Client &client) {
-    std::array<char, 1024> chunk{};
-    for (;;) {
-        ssize_t const length = recv(client.socket, chunk.data(), chunk.size(), 0);
-        if (length < 0) {
-            return errno == EAGAIN || errno == EINTR;
-        }
-        if (length == 0) {
-            return false;
-        }
-        client.incoming.append(chunk.data(), static_cast<std::size_t>(length));
+    return receive_commands(client.socket, client.incoming, longest_command, [&] {
         std::size_t end = 0;
         while ((end = client.incoming.find('\n')) != std::string::npos) {
             std::string const answer = obey_(client.incoming.substr(0, end)) + "\n";
@@ -87,10 +78,8 @@ bool Control_socket::receive(Client &client) {
                 return false;
             }
         }
-        if (client.incoming.size() > longest_command) {
-            return false;
-        }
-    }
+        return true;
+    });
 }
 
 } // namespace gonio::sim

@@ -103,16 +103,7 @@ void Socketcand::accept_clients() {
 }
 
 bool Socketcand::receive(Client &client) {
-    std::array<char, 4096> chunk{};
-    for (;;) {
-        ssize_t const length = recv(client.socket, chunk.data(), chunk.size(), 0);
-        if (length < 0) {
-            return errno == EAGAIN || errno == EINTR;
-        }
-        if (length == 0) {
-            return false;
-        }
-        client.incoming.append(chunk.data(), static_cast<std::size_t>(length));
+    return receive_commands(client.socket, client.incoming, longest_command, [&] {
         std::size_t end = 0;
         while ((end = client.incoming.find('>')) != std::string::npos) {
             std::size_t const begin = client.incoming.rfind('<', end);
@@ -121,10 +112,8 @@ bool Socketcand::receive(Client &client) {
             }
             client.incoming.erase(0, end + 1);
         }
-        if (client.incoming.size() > longest_command) {
-            return false;
-        }
-    }
+        return true;
+    });
 }
 
 void Socketcand::obey(Client &client, const std::string &command) {

@@ -25,7 +25,6 @@ public:
     void wait_for(std::vector<pollfd> &descriptors) const override;
     void serve() override;
     void send(const gn_can_frame &frame) override;
-    bool show_error(const std::string &) override { return false; }
     [[nodiscard]] std::uint64_t frames_dropped() const override { return dropped_; }
 
 private:

@@ -1,6 +1,7 @@
 // tcp.cpp: sockets on the loopback interface.
 #include "tcp.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 
@@ -64,6 +65,23 @@ int connect_tcp(const std::string &option, const std::string &host, std::uint16_
     int const on = 1;
     setsockopt(connection, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     return connection;
+}
+
+bool receive_commands(int socket, std::string &incoming, std::size_t longest, const std::function<bool()> &take) {
+    std::array<char, 4096> chunk{};
+    for (;;) {
+        ssize_t const length = recv(socket, chunk.data(), chunk.size(), 0);
+        if (length < 0) {
+            return errno == EAGAIN || errno == EINTR;
+        }
+        if (length == 0) {
+            return false;
+        }
+        incoming.append(chunk.data(), static_cast<std::size_t>(length));
+        if (!take() || incoming.size() > longest) {
+            return false;
+        }
+    }
 }
 
 std::uint16_t tcp_port(int socket) {

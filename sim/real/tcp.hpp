@@ -1,7 +1,9 @@
 // tcp.hpp: loopback addresses and listening sockets.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -14,6 +16,9 @@ std::pair<std::string, std::uint16_t> parse_address(const std::string &option, c
 int listen_tcp(const std::string &option, const std::string &host, std::uint16_t port);
 // A connected socket. Throws Input_error.
 int connect_tcp(const std::string &option, const std::string &host, std::uint16_t port);
+// Appends what has come over a socket that does not block, and lets `take` remove whole commands from it, until nothing
+// more is there. false: the other side is gone, `take` has had enough, or `longest` bytes hold no command.
+bool receive_commands(int socket, std::string &incoming, std::size_t longest, const std::function<bool()> &take);
 // The local port of a socket.
 std::uint16_t tcp_port(int socket);
 

@@ -98,18 +98,6 @@ TEST(Can_raw, FramesThatTheInterfaceDoesNotTakeWaitAndKeepTheirOrder) {
     EXPECT_EQ(wired.wire.frames_dropped(), 0U);
 }
 
-TEST(Can_raw, ErrorFramesLookLikeTheControllers) {
-    Wired wired;
-    EXPECT_TRUE(wired.wire.show_error("off"));
-    EXPECT_EQ(raw_of(wired.peer.hear()).can_id, CAN_ERR_FLAG | CAN_ERR_BUSOFF);
-    EXPECT_TRUE(wired.wire.show_error("passive"));
-    can_frame const passive = raw_of(wired.peer.hear());
-    EXPECT_EQ(passive.can_id, CAN_ERR_FLAG | CAN_ERR_CRTL);
-    EXPECT_EQ(passive.data[1], CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE);
-    EXPECT_TRUE(wired.wire.show_error("restarted"));
-    EXPECT_EQ(raw_of(wired.peer.hear()).can_id, CAN_ERR_FLAG | CAN_ERR_RESTARTED);
-}
-
 TEST(Can_raw, AMissingInterfaceIsNamed) {
     Scheduler scheduler;
     try {
