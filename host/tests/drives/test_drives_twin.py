@@ -52,10 +52,7 @@ class Twin:
             assert time.monotonic() < end_s, "the drives do not boot"
 
     def _booted(self) -> bool:
-        try:
-            state = self.control("state")
-        except json.JSONDecodeError:  # before its first turn the twin has no extremes to tell
-            return False
+        state = self.control("state")
         return state["nmt_state"] == [127] * 4 and all(word & 0x6F == 0x40 for word in state["statusword"])
 
     def control(self, line: str) -> dict[str, Any]:
