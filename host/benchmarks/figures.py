@@ -20,8 +20,8 @@ from gonio.dataset.nexus import read_dataset
 from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
 from gonio.geometry.kinematics import Kinematics
 from gonio.rawlog.reader import RawLog, read_rawlog
-from gonio.reduce.pairing import PoseTrack
-from gonio.reduce.truth_beside import beside
+from gonio.reduce.integrals.truth_beside import beside
+from gonio.reduce.samples.pairing import PoseTrack
 from gonio.simulate.closed_form import Truth
 from gonio.units.instrument import Instrument, load_instrument
 

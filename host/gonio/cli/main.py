@@ -9,7 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 from typer.exceptions import TyperException
 
-from gonio.cli import data, device, drives, scan, simulate
+from gonio.cli import compare, device, drives, exchange, merge, reduce, report, scan, simulate
 from gonio.units.errors import GonioError
 
 INTERNAL_ERROR = 70  # sysexits.h: EX_SOFTWARE
@@ -27,7 +27,11 @@ device.register(app)
 scan.register(app)
 drives.register(app)
 simulate.register(app)
-data.register(app)
+reduce.register(app)
+merge.register(app)
+compare.register(app)
+exchange.register(app)
+report.register(app)
 
 
 def _show_version(wanted: bool) -> None:

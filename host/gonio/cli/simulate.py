@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gonio.cli.data import Front, OutputOption
 from gonio.cli.device import JsonOption
+from gonio.cli.options import Front, OutputOption
 from gonio.cli.places import check_inputs, check_outputs
 
 if TYPE_CHECKING:

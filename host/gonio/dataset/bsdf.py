@@ -61,9 +61,21 @@ class Distribution:
     time_ns: NDArray[np.int64]  # controller clock; 0 where there is none
     channel: str = "visible"
     wavelength_nm: float | None = None
-    p_i: float = 1.0  # reference beam, signal * sr
+    p_i: float = 1.0  # reference beam, signal * sr; NaN: not normalised, dsf_per_sr is NaN and signal has the values
     p_i_u_rel: float = 0.0
+    signal_unit: str = "counts"  # what signal and P_i are in: "A" of a photocurrent that was imported
     integrals: dict[str, float] = field(default_factory=dict)  # see reduce.integrals
+    # Contributions [as the integral] to the standard uncertainty of integrals: name of the integral, then effect.
+    budgets: dict[str, dict[str, float]] = field(default_factory=dict)
+    # Change of the DSF (n,) [1/sr] for one standard deviation of a systematic effect, signed; keys: dataset/effects.py.
+    # One key is one cause: it moves all points of all distributions of this dataset together. NaN where masked.
+    effects: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    # Weights (n,) of the integral of linear interpolation over the Delaunay triangles; beside the cells they tell what
+    # the finite number of points costs (reduce/integrals). Empty: not known.
+    linear_solid_angle_sr: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    # Path of each point (n,), an index in `paths`; -1: none. Empty: not known.
+    path: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    paths: tuple[str, ...] = ()  # "coarse 30/0", "mirror 30/0", ... in the order flown
 
     @property
     def measured(self) -> NDArray[np.bool_]:

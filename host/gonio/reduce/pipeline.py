@@ -11,15 +11,15 @@ from gonio.dataset.bsdf import MASKED, Dataset, Distribution
 from gonio.geometry.cells import covered_cells_sr
 from gonio.geometry.directions import angle_between_deg, angles_deg_from_unit, unit_from_angles_deg
 from gonio.rawlog.reader import RawLog
-from gonio.reduce.beam import Beam, measure_beam
-from gonio.reduce.controller import controller_facts
-from gonio.reduce.corrections import shot_variance_per_count, smooth_variance
-from gonio.reduce.flown import Flown, Losses, flown_paths
-from gonio.reduce.integrals import integrals
-from gonio.reduce.masks import shade_angle_deg
-from gonio.reduce.peaks import measure_peak
+from gonio.reduce.corrections.light import shot_variance_per_count, smooth_variance
+from gonio.reduce.integrals.beam import Beam, measure_beam
+from gonio.reduce.integrals.hemispheres import integrals
+from gonio.reduce.integrals.peaks import measure_peak
 from gonio.reduce.points import Points, Scale, binned, cells, distribution_of, points_of, unreachable_points
-from gonio.reduce.timeline import counted
+from gonio.reduce.samples.controller import controller_facts
+from gonio.reduce.samples.flown import Flown, Losses, flown_paths
+from gonio.reduce.samples.masks import shade_angle_deg
+from gonio.reduce.samples.timeline import counted
 from gonio.units.errors import UsageError
 from gonio.units.instrument import parse_instrument
 from gonio.units.version import gonio_version

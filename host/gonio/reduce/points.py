@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from gonio.dataset.bsdf import MASKED, Distribution, PointFlag
 from gonio.geometry.cells import disc_solid_angles_sr, hemisphere_solid_angles_sr, solid_angles_sr
 from gonio.geometry.directions import angles_deg_from_unit, unit_from_angles_deg
-from gonio.reduce.flown import Flown
-from gonio.reduce.masks import shadowed
+from gonio.reduce.samples.flown import Flown
+from gonio.reduce.samples.masks import shadowed
 
 FloatArray = NDArray[np.float64]
 

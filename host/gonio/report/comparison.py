@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gonio.dataset.bsdf import Distribution, PointFlag
-from gonio.reduce.truth_beside import KnownTruth, beside
+from gonio.reduce.integrals.truth_beside import KnownTruth, beside
 
 _PEAK_KEY = re.compile(r"peak (?P<name>.+) (?P<field>\w+)")
 _ABOUT = re.compile(r"(mirror|retro|through) \S+/\S+")

@@ -3,7 +3,7 @@
 from typing import Any
 
 from gonio.dataset.bsdf import Dataset
-from gonio.reduce.controller import late_at_most_us
+from gonio.reduce.samples.controller import late_at_most_us
 from gonio.report.html_parts import bullets, facts, number, paragraph, table
 
 _SHARE = 0.999

@@ -16,7 +16,7 @@ from PIL import Image
 
 from gonio.dataset.bsdf import Distribution
 from gonio.geometry.directions import unit_from_angles_deg
-from gonio.reduce.truth_beside import KnownTruth
+from gonio.reduce.integrals.truth_beside import KnownTruth
 from gonio.report.comparison import word_for
 from gonio.report.polar_grid import Half, hemisphere_image, plane_directions, plane_profile
 

@@ -10,7 +10,7 @@ import numpy as np
 from gonio.dataset.bsdf import Dataset, PointFlag
 from gonio.formats import atomic
 from gonio.formats.klems_matrices import BANDS, PROCESSES, SIDES, build
-from gonio.reduce.truth_beside import KnownTruth
+from gonio.reduce.integrals.truth_beside import KnownTruth
 from gonio.report import figures, tables
 from gonio.report.comparison import known_values, word_for
 from gonio.report.controller import controller

@@ -8,8 +8,8 @@ import numpy as np
 
 from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.formats import atomic
-from gonio.reduce.integrals import zero_forty_five
-from gonio.reduce.truth_beside import KnownTruth
+from gonio.reduce.integrals.hemispheres import zero_forty_five
+from gonio.reduce.integrals.truth_beside import KnownTruth
 from gonio.report.comparison import difference_entry, known_values, measured_peaks, truth_entry
 
 

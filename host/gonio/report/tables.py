@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from gonio.dataset.bsdf import Dataset, Distribution
-from gonio.reduce.integrals import zero_forty_five
+from gonio.reduce.integrals.hemispheres import zero_forty_five
 from gonio.report.comparison import HEMISPHERES, measured_peaks, relative, short_name, word_for
 from gonio.report.html_parts import fixed, number, paragraph, percent, signed_percent, table
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Distribution, PointFlag
 from gonio.geometry.directions import angles_deg_from_unit
-from gonio.reduce.beam import Beam, measure_beam
-from gonio.reduce.integrals import integrals
-from gonio.reduce.peaks import Peak, measure_peak
+from gonio.reduce.integrals.beam import Beam, measure_beam
+from gonio.reduce.integrals.hemispheres import integrals
+from gonio.reduce.integrals.peaks import Peak, measure_peak
 from gonio.simulate.directions import NamedPeak
 from gonio.simulate.readings import Reading
 from gonio.simulate.targets import Target

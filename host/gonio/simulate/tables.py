@@ -15,7 +15,7 @@ from gonio.formats import window_reader
 from gonio.formats.klems import KlemsBasis, LightSide, process_of, to_radiance_deg
 from gonio.formats.klems_matrices import Band
 from gonio.geometry.directions import angle_between_deg, angles_deg_from_unit, fold_phi_deg, unit_from_angles_deg
-from gonio.reduce.integrals import integrals
+from gonio.reduce.integrals.hemispheres import integrals
 from gonio.units.errors import UsageError
 
 FloatArray = NDArray[np.float64]

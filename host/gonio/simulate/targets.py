@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gonio.dataset.bsdf import MASKED, Dataset, Distribution, PointFlag
 from gonio.geometry.cells import solid_angles_sr
 from gonio.geometry.directions import fold_phi_deg, unit_from_angles_deg
-from gonio.reduce.truth_beside import peak_points
+from gonio.reduce.integrals.truth_beside import peak_points
 from gonio.simulate.directions import BeamExtent, NamedPeak, grid
 from gonio.simulate.readings import Job
 from gonio.units.errors import UsageError

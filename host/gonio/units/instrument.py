@@ -7,6 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
 
+from gonio.units.calibration import Calibration
 from gonio.units.errors import UsageError
 
 MAX_AXES = 4  # positions in a pose record
@@ -116,6 +117,7 @@ class Instrument:
     axes: tuple[Axis, ...]
     zones: tuple[Zone, ...]
     channels: tuple[Channel, ...]
+    calibration: Calibration
     text: str
 
 
@@ -151,7 +153,7 @@ def parse_instrument(text: str, source: str) -> Instrument:
     except tomllib.TOMLDecodeError as error:
         raise UsageError(f"{source}: not TOML ({error})") from error
     reader = _Reader(source)
-    known = {"instrument", "cycle", "axis", "zone", "channel"}
+    known = {"instrument", "cycle", "axis", "zone", "channel", "calibration"}
     for key in document:
         if key not in known:
             raise reader.error(key, f"is unknown; known are {', '.join(sorted(known))}")
@@ -171,6 +173,7 @@ def parse_instrument(text: str, source: str) -> Instrument:
         channels=tuple(
             reader.build(Channel, row, f"channel[{i}]") for i, row in enumerate(reader.rows(document, "channel"))
         ),
+        calibration=_calibration(reader, document.get("calibration", {})),
         text=text,
     )
 
@@ -285,3 +288,13 @@ def _zone(reader: _Reader, row: dict[str, Any], where: str, axis_count: int) -> 
         reader.only(line, here, {"a", "b"})
         half_spaces.append(HalfSpace(reader.numbers(line, here, "a", axis_count), reader.value(line, here, "b", float)))
     return Zone(reader.value(row, where, "name", str), tuple(half_spaces))
+
+
+def _calibration(reader: _Reader, table: Any) -> Calibration:
+    if not isinstance(table, dict):
+        raise reader.error("calibration", "is not a table")
+    calibration = reader.build(Calibration, table, "calibration")
+    for field in fields(Calibration):
+        if "_u" in field.name and getattr(calibration, field.name) < 0.0:
+            raise reader.error(f"calibration.{field.name}", "is negative: an uncertainty is 0 or more")
+    return calibration

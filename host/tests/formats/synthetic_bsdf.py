@@ -8,8 +8,8 @@ from scipy.spatial import SphericalVoronoi
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.geometry.directions import angle_between_deg, angles_deg_from_unit, unit_from_angles_deg
-from gonio.reduce.integrals import integrals
-from gonio.reduce.peaks import measure_peak
+from gonio.reduce.integrals.hemispheres import integrals
+from gonio.reduce.integrals.peaks import measure_peak
 
 FloatArray = NDArray[np.float64]
 SIGMA_DEG = 1.2

@@ -13,8 +13,8 @@ from gonio.protocol.generated import records
 from gonio.rawlog.reader import read_rawlog
 from gonio.rawlog.segments import segment_path
 from gonio.rawlog.writer import RawLogWriter
-from gonio.reduce.controller import controller_facts, late_at_most_us
-from gonio.reduce.pairing import time_u_us
+from gonio.reduce.samples.controller import controller_facts, late_at_most_us
+from gonio.reduce.samples.pairing import time_u_us
 from gonio.units.instrument import load_instrument
 
 REFERENCE = load_instrument(None)

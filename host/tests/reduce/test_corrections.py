@@ -14,8 +14,8 @@ from gonio.protocol.generated.records import (
     SAMPLE_LOW_SATURATED,
     SAMPLE_MONITOR_SATURATED,
 )
-from gonio.reduce.corrections import Dark, Gains, light_of, shot_variance_per_count
-from gonio.reduce.timeline import counted, inside, path_intervals, shutter_closed_ns
+from gonio.reduce.corrections.light import Dark, Gains, light_of, shot_variance_per_count
+from gonio.reduce.samples.timeline import counted, inside, path_intervals, shutter_closed_ns
 from gonio.units.instrument import load_instrument
 
 GAINS = Gains.of(load_instrument(None))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.formats import nist_csv
 from gonio.geometry.directions import angles_deg_from_unit
-from gonio.reduce.integrals import zero_forty_five
+from gonio.reduce.integrals.hemispheres import zero_forty_five
 from gonio.reduce.pipeline import reduce_dataset
 
 NIST = Path(__file__).resolve().parents[3] / "docs" / "examples" / "nist_ptfe" / "PTFE.data.csv"

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import PointFlag
 from gonio.protocol.generated.records import POSE_CLOCK_STEP, POSE_DTYPE, POSE_ECHO_LOST, POSE_TPDO_LATE
-from gonio.reduce.pairing import PoseTrack
+from gonio.reduce.samples.pairing import PoseTrack
 from gonio.units.instrument import load_instrument
 
 AXES = load_instrument(None).axes

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gonio.reduce.peaks import measure_peak
+from gonio.reduce.integrals.peaks import measure_peak
 
 TURNS, RADIUS_DEG = 40, 6.0
 

@@ -12,8 +12,8 @@ from gonio.dataset.nexus import read_dataset, write_dataset
 from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
 from gonio.protocol.generated import gonio_pb2 as pb
 from gonio.rawlog.reader import RawLog
-from gonio.reduce.integrals import integrals
-from gonio.reduce.peaks import measure_peak
+from gonio.reduce.integrals.hemispheres import integrals
+from gonio.reduce.integrals.peaks import measure_peak
 from gonio.reduce.pipeline import ReduceOptions, reduce_dataset, reduce_rawlog
 from gonio.simulate.closed_form import Truth
 from gonio.units.errors import UsageError

@@ -7,8 +7,8 @@ from synthetic_scan import Scan
 from gonio.dataset.bsdf import Distribution, PointFlag
 from gonio.dataset.nexus import read_dataset, write_dataset
 from gonio.geometry.directions import angle_between_deg, retro, unit_from_angles_deg
+from gonio.reduce.integrals.truth_beside import beside, peak_points
 from gonio.reduce.pipeline import reduce_rawlog
-from gonio.reduce.truth_beside import beside, peak_points
 from gonio.simulate.closed_form import Truth
 
 SCENARIO = """

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Distribution
 from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
-from gonio.reduce.peaks import Peak, measure_peak
+from gonio.reduce.integrals.peaks import Peak, measure_peak
 
 FloatArray = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from gonio.protocol.generated import gonio_pb2 as pb
 from gonio.rawlog.reader import RawLog
-from gonio.reduce.pairing import time_u_us
+from gonio.reduce.samples.pairing import time_u_us
 from gonio.units.instrument import Instrument
 
 _THREADS = {pb.THREAD_MOTION: "motion", pb.THREAD_STREAM: "stream"}

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from gonio.dataset.bsdf import PointFlag
 from gonio.geometry.kinematics import Kinematics
 from gonio.rawlog.reader import RawLog
-from gonio.reduce.corrections import Dark, Gains, light_of
-from gonio.reduce.pairing import PoseTrack
-from gonio.reduce.timeline import PathInterval, inside, path_intervals, shutter_closed_ns
+from gonio.reduce.corrections.light import Dark, Gains, light_of
+from gonio.reduce.samples.pairing import PoseTrack
+from gonio.reduce.samples.timeline import PathInterval, inside, path_intervals, shutter_closed_ns
 from gonio.units.errors import UsageError
 from gonio.units.instrument import Instrument
 

@@ -1,0 +1,18 @@
+"""options.py: options that several commands share."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+OutputOption = Annotated[
+    Path, typer.Option("-o", "--output", metavar="FILE", help="Written whole or not at all; replaces an older file.")
+]
+
+
+class Front(StrEnum):
+    """Which way the sample's front faces, where the dataset does not say."""
+
+    EXTERIOR = "exterior"
+    INTERIOR = "interior"

@@ -1,0 +1,77 @@
+"""report.py: commands that judge and show: validate, report."""
+
+# ruff: noqa: PLC0415 - a command imports what it needs when it runs: --help stays fast
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gonio.cli.device import JsonOption
+from gonio.cli.options import OutputOption
+from gonio.cli.places import check_inputs, check_outputs
+
+
+class Profile(StrEnum):
+    """Who is to read the file."""
+
+    WINDOW = "window"
+    RADIANCE = "radiance"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module."""
+    app.command("validate")(validate)
+    app.command("report")(report)
+
+
+def validate(
+    file: Annotated[Path, typer.Argument(metavar="FILE.xml")],
+    profile: Annotated[
+        Profile, typer.Option(help="Whose rules: WINDOW wants every field and matrix, Radiance what it loads.")
+    ] = Profile.WINDOW,
+    as_json: JsonOption = False,
+) -> None:
+    """Check a WINDOW XML file with Klems matrices: schema, fields, values, energy.
+
+    Exit status: 0 good (there may be notes), 1 errors or warnings, 2 unreadable.
+    """
+    from gonio.formats.validate import validate as check
+
+    check_inputs(file)
+    findings = check(file, profile.value)
+    typer.echo(json.dumps(findings.as_json()) if as_json else findings.text())
+    raise typer.Exit(findings.exit_status)
+
+
+def report(
+    file: Annotated[Path, typer.Argument(metavar="BSDF.h5", help="What reduce wrote.")],
+    output: OutputOption,
+    scenario: Annotated[
+        Path | None, typer.Option(metavar="SCENARIO.toml", help="Show the truth of this simulated sample beside it.")
+    ] = None,
+    summary: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json", help="Also write integrals and peaks as JSON: measured, truth, differences."),
+    ] = None,
+) -> None:
+    """Write a self-contained HTML report."""
+    from gonio.dataset.nexus import read_dataset
+    from gonio.report.html import write_report
+
+    check_inputs(file, scenario)
+    check_outputs(output, summary, inputs=[file, scenario])
+    dataset = read_dataset(file)
+    truth = None
+    if scenario:
+        from gonio.simulate.closed_form import Truth
+
+        truth = Truth.from_scenario(scenario)
+    write_report(dataset, output, truth=truth)
+    if summary:
+        from gonio.report.summary import write_summary
+
+        write_summary(dataset, summary, truth=truth)
+    typer.echo(output)

@@ -1,0 +1,1 @@
+"""effects: what all points share: one sensitivity column per systematic effect (GUM)."""

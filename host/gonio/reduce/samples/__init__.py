@@ -1,0 +1,1 @@
+"""samples: from the raw log to samples with pose, time and light, path by path."""

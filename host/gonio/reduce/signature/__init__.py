@@ -1,0 +1,1 @@
+"""signature: what beam and aperture do to a distribution: measured, applied to a model, taken out again."""
