@@ -23,7 +23,7 @@ HIL_PACKAGES := qemu-system-x86 busybox-static can-utils iproute2 linux-source-6
 SCHEMA := protocol/gonio.proto protocol/gonio.options protocol/records.toml protocol/generate.py
 GENERATED := host/gonio/protocol/generated
 include packaging/cross.mk
-C_FILES = $(shell git ls-files -co --exclude-standard 'firmware/*.c' 'firmware/*.h' 'firmware/*.cpp' 'sim/*.cpp' 'sim/*.hpp')
+C_FILES = $(shell git ls-files -co --exclude-standard 'firmware/*.c' 'firmware/*.h' 'firmware/*.cpp' 'sim/*.cpp' 'sim/*.hpp' 'host/native/*.cpp' 'host/native/*.hpp')
 
 .PHONY: help setup build demo check test test-native test-sanitize test-fuzz test-host hil bench bench-sim figures coverage soak clean
 
@@ -33,14 +33,14 @@ help: ## this list
 setup: $(STAMPS)/apt-build .venv/.installed $(GENERATED)/.stamp $(GPIOD)/.unpacked ## system packages, virtual environment, generated code
 
 build: setup build/native/build.ninja ## goniod and twin
-	@ninja -C build/native --quiet goniod gonio-twin gonio-twin-bench gonio-twin-devices gonio-bench-host gonio-bench-sampler _photons
+	@ninja -C build/native --quiet goniod gonio-twin gonio-twin-bench gonio-twin-devices gonio-bench-host gonio-bench-sampler _photons _sphere
 
 demo: build ## measure a simulated sample from end to end; results in build/demo
 	@docs/examples/demo.sh $(DEMO)
 
 check: build $(STAMPS)/apt-check ## formatting, static analysis, types, layers
 	@clang-format-$(CLANG) --dry-run -Werror $(C_FILES)
-	run-clang-tidy-$(CLANG) -quiet -j $(JOBS) -p build/native '/(firmware/core|firmware/port|firmware/app|sim/devices|sim/optics|sim/python|sim/real|sim/twin)/' > build/clang-tidy.log 2>&1 \
+	run-clang-tidy-$(CLANG) -quiet -j $(JOBS) -p build/native '/(firmware/core|firmware/port|firmware/app|host/native|sim/devices|sim/optics|sim/python|sim/real|sim/twin)/' > build/clang-tidy.log 2>&1 \
 	  || { grep -E 'warning:|error:' build/clang-tidy.log | sort -u; exit 1; }
 	$(BIN)/ruff check --config host/pyproject.toml host protocol
 	$(BIN)/ruff check hil-tests
@@ -91,7 +91,7 @@ soak: build $(STAMPS)/apt-check $(STAMPS)/apt-hil build/fuzz/build.ninja ## 100 
 	@$(FUZZ) -max_total_time=600 -- build/fuzz/firmware/fuzz_* host/fuzz/fuzz_*.py
 
 clean: ## remove what was built (the virtual environment stays)
-	rm -rf build $(GENERATED) host/gonio/simulate/_photons*.so
+	rm -rf build $(GENERATED) host/gonio/simulate/_photons*.so host/gonio/geometry/_sphere*.so
 
 $(STAMPS)/apt-build: PACKAGES := $(BUILD_PACKAGES)
 $(STAMPS)/apt-check: PACKAGES := $(CHECK_PACKAGES)

@@ -85,8 +85,8 @@ Instrument load_instrument(const std::filesystem::path &path) {
     for (std::size_t i = 0; i < axis_count; ++i) {
         instrument.axes.at(i) = read_axis(axes.at(i));
     }
-    // The twin's arm may go where the planner must not; its channels are the scenario's.
-    table.ignore({"zone", "channel"});
+    // The twin's arm may go where the planner must not; its channels are the scenario's, and it needs no calibration.
+    table.ignore({"zone", "channel", "calibration"});
     table.finish();
     return instrument;
 }
