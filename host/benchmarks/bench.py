@@ -16,9 +16,9 @@ from typing import Any
 
 import google_crc32c
 import numpy as np
-from scipy.spatial import SphericalVoronoi
+from cells import rows as rows_of_cells
+from reduction import reduction
 
-from gonio.geometry.cells import solid_angles_sr
 from gonio.protocol.frames import encode_frame
 from gonio.protocol.generated import records
 from gonio.rawlog.decode import decode_sample_blocks
@@ -76,17 +76,8 @@ def decode() -> list[dict[str, Any]]:
 
 
 def cells() -> list[dict[str, Any]]:
-    """Spherical cells of irregular points, against scipy's own."""
-    points = np.random.default_rng(2).normal(size=(200_000, 3))
-    points /= np.linalg.norm(points, axis=1)[:, None]
-
-    def peer() -> None:
-        SphericalVoronoi(points).calculate_areas()
-
-    return [
-        row("spherical cells of 200,000 points", "s", seconds(lambda: solid_angles_sr(points), 3), seconds(peer, 3),
-            "scipy SphericalVoronoi + areas", 3, high=False)
-    ]  # fmt: skip
+    """Spherical cells of irregular points, against scipy's own, and their growth over a scan's path."""
+    return rows_of_cells(row, seconds)
 
 
 def sampler() -> list[dict[str, Any]]:
@@ -174,7 +165,7 @@ def main() -> None:
     out = Path(sys.argv[1] if len(sys.argv) > 1 else "build/bench")
     out.mkdir(parents=True, exist_ok=True)
     lines = [f"{'':46} {'unit':12} {'ours':>10} {'peer':>10} {'ratio':>8}  peer"]
-    for bench in (decode, sampler, cells, scan):
+    for bench in (decode, sampler, cells, reduction, scan):
         rows = bench()
         text = json.dumps({"bench": bench.__name__, "machine": machine(), "rows": rows}, indent=1)
         (out / f"{bench.__name__}.json").write_text(text + "\n")

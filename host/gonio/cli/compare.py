@@ -1,8 +1,160 @@
 """compare.py: the command compare: how far two datasets, or a dataset and a model, agree."""
 
+# ruff: noqa: PLC0415 - a command imports what it needs when it runs: --help stays fast
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
 import typer
+
+from gonio.cli.device import JsonOption
+from gonio.cli.options import Front
+from gonio.cli.places import check_inputs, check_outputs
+
+if TYPE_CHECKING:
+    from gonio.compare.field import Evaluable
+    from gonio.compare.result import Comparison, Settings
+    from gonio.dataset.bsdf import Dataset, Distribution, Side
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module."""
-    _ = app
+    app.command("compare")(compare)
+
+
+def compare(
+    a: Annotated[Path, typer.Argument(metavar="A.h5", help="The reference, a dataset.")],
+    b: Annotated[
+        Path,
+        typer.Argument(
+            metavar="B",
+            help="What is compared with A: a dataset (.h5), a scenario (.toml) or a WINDOW file with Klems matrices "
+            "(.xml).",
+        ),
+    ],
+    *,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE.html", help="Also write a report with plots.")
+    ] = None,
+    as_json: JsonOption = False,
+    min_accordance: Annotated[
+        float | None,
+        typer.Option(
+            metavar="PERCENT",
+            min=0.0,
+            max=100.0,
+            help="Exit status 1 if the global accordance of any distribution is lower. 98: good, 99: very good.",
+        ),
+    ] = None,
+    floor: Annotated[
+        float,
+        typer.Option(
+            metavar="DSF", min=0.0, help="Points with A under this [1/sr] are counted apart in the shares within 5 %."
+        ),
+    ] = 1e-3,
+    cone: Annotated[
+        float,
+        typer.Option(
+            metavar="DEG", min=0.0, max=90.0, help="Half angle of the integrals about mirror, retro and through."
+        ),
+    ] = 7.0,
+    tolerance: Annotated[
+        float,
+        typer.Option(metavar="DEG", min=0.0, max=90.0, help="How far apart incident directions of A and B may lie."),
+    ] = 0.5,
+    front: Annotated[
+        Front | None, typer.Option(help="B.xml: side that A's front faces; goes before what A says.")
+    ] = None,
+) -> None:
+    """Compare B with A, the reference, at A's directions.
+
+    Points are paired by index where both have the same (gonio simulate --like writes such), a model is evaluated at
+    A's directions (a traced sample is simulated there), any other dataset is interpolated. Exit status: 0, or 1 where
+    --min-accordance is not reached.
+    """
+    from gonio.compare.as_json import as_json as to_json
+    from gonio.compare.result import Settings
+    from gonio.compare.table import text
+    from gonio.dataset.nexus import read_dataset
+
+    check_inputs(a, b)
+    check_outputs(output, inputs=[a, b])
+    settings = Settings(incident_tolerance_deg=tolerance, floor_per_sr=floor, cone_deg=cone)
+    reference = read_dataset(a)
+    suffix = b.suffix.lower()
+    if suffix == ".toml":
+        found = _with_scenario(reference, a, b, settings)
+    elif suffix == ".xml":
+        found = _with_matrices(reference, a, b, settings, reference.front_faces if front is None else front.value)
+    else:
+        from gonio.compare.comparing import compare_datasets
+
+        found = compare_datasets(reference, read_dataset(b), (str(a), str(b)), settings)
+    if output is not None:
+        from gonio.report.compare_html import write_compare
+
+        write_compare(found, output)
+    typer.echo(json.dumps(to_json(found), allow_nan=False) if as_json else text(found))
+    if output is not None and not as_json:
+        typer.echo(output)
+    if min_accordance is not None:
+        _check(found, min_accordance)
+
+
+def _with_scenario(reference: "Dataset", a: Path, b: Path, settings: "Settings") -> "Comparison":
+    """A closed form is evaluated; a traced sample is simulated at A's points."""
+    from gonio.compare.comparing import compare_datasets, compare_with_model
+    from gonio.simulate.bundle import read_document
+    from gonio.simulate.closed_form import Truth
+    from gonio.units.errors import UsageError
+
+    names, sample = (str(a), str(b)), read_document(b).get("sample")
+    if not isinstance(sample, dict) or not sample.keys() & {"kind", "components"}:
+        raise UsageError(f"{b}: no sample: give [sample] a kind (traced) or components (closed form)")
+    if "kind" not in sample:
+        truth = Truth.from_scenario(b)
+        return compare_with_model(reference, lambda _: truth, names, settings, "scenario")
+    from gonio.simulate.progress import PhotonProgress
+    from gonio.simulate.request import Request
+    from gonio.simulate.simulation import simulate
+
+    with PhotonProgress() as progress:
+        done = simulate(Request(scenario=b, like=a), progress)
+    for remark in done.remarks:
+        typer.echo(f"gonio: {remark}", err=True)
+    return compare_datasets(reference, done.dataset, names, settings, "simulation")
+
+
+def _with_matrices(reference: "Dataset", a: Path, b: Path, settings: "Settings", faces: "Side") -> "Comparison":
+    """The channel called solar takes the file's solar matrices, visible or an only other one the visible ones."""
+    from gonio.compare.comparing import compare_with_model
+    from gonio.compare.klems_model import KlemsModel
+    from gonio.formats.window_reader import read
+
+    window = read(b)
+    others = {d.channel for d in reference.distributions} - {"solar"}
+
+    def model_of(distribution: "Distribution") -> "Evaluable | None":
+        if distribution.channel == "solar":
+            return KlemsModel(window, "Solar", faces)
+        visible = distribution.channel == "visible" or len(others) == 1
+        return KlemsModel(window, "Visible", faces) if visible else None
+
+    remarks = [finding.message for finding in window.findings.of("warning")]
+    return compare_with_model(reference, model_of, (str(a), str(b)), settings, "matrices", remarks)
+
+
+def _check(found: "Comparison", least_percent: float) -> None:
+    """CheckFailed where a distribution's accordance is lower, or is not known."""
+    from gonio.compare.table import pair_name
+    from gonio.units.errors import CheckFailed
+
+    for pair in found.pairs:
+        value = pair.metrics["whole"].global_accordance_percent.value if pair.metrics else None
+        if value is None or value < least_percent:
+            reached = "undefined" if value is None else f"{value:.3f} %"
+            raise CheckFailed(
+                f"{found.b_name}: {pair_name(pair)}: global accordance {reached}, wanted {least_percent:g} %: see the "
+                "metrics"
+            )

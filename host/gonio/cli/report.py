@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from gonio.cli.device import JsonOption
-from gonio.cli.options import OutputOption
 from gonio.cli.places import check_inputs, check_outputs
 
 
@@ -48,7 +47,15 @@ def validate(
 
 def report(
     file: Annotated[Path, typer.Argument(metavar="BSDF.h5", help="What reduce wrote.")],
-    output: OutputOption,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE.html",
+            help="The report; written whole or not at all, replaces an older one.",
+        ),
+    ] = None,
     scenario: Annotated[
         Path | None, typer.Option(metavar="SCENARIO.toml", help="Show the truth of this simulated sample beside it.")
     ] = None,
@@ -56,10 +63,13 @@ def report(
         Path | None,
         typer.Option(metavar="FILE.json", help="Also write integrals and peaks as JSON: measured, truth, differences."),
     ] = None,
+    budget: Annotated[
+        bool, typer.Option("--budget", help="Print the uncertainty budget also where a report is written.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the budget as one JSON object.")] = False,
 ) -> None:
-    """Write a self-contained HTML report."""
+    """Print the uncertainty budget, largest contribution first; write a self-contained HTML report."""
     from gonio.dataset.nexus import read_dataset
-    from gonio.report.html import write_report
 
     check_inputs(file, scenario)
     check_outputs(output, summary, inputs=[file, scenario])
@@ -69,9 +79,19 @@ def report(
         from gonio.simulate.closed_form import Truth
 
         truth = Truth.from_scenario(scenario)
-    write_report(dataset, output, truth=truth)
+    if output:
+        from gonio.report.html import write_report
+
+        write_report(dataset, output, truth=truth)
     if summary:
         from gonio.report.summary import write_summary
 
         write_summary(dataset, summary, truth=truth)
-    typer.echo(output)
+    if budget or as_json or not (output or summary):
+        from gonio.report import budget as budgets
+
+        typer.echo(json.dumps(budgets.as_json(dataset), allow_nan=False) if as_json else budgets.as_text(dataset))
+    if not as_json:
+        for written in (output, summary):
+            if written:
+                typer.echo(written)

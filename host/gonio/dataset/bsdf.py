@@ -26,6 +26,7 @@ class PointFlag(IntFlag):
     LOW_SIGNAL = 128  # used: under three standard deviations of the noise
     SIMULATED = 256  # used: not measured but computed
     NOT_MEASURED = 512  # masked: the plan had it, the scan ended before; reserved, nothing sets it yet
+    STROBE_LOST = 1024  # used: a strobe edge beside it was lost or rejected; its time rests on the fit of the others
 
 
 MASKED = (

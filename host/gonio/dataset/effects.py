@@ -18,7 +18,8 @@ class Effect:
     reach: Reach
 
 
-# Append only: the names are stored. "axis NAME" stands for one entry per axis of the instrument.
+# Append only: the names are stored. "axis NAME" and "pose_time NAME" stand for one entry per axis, the latter also per
+# channel.
 EFFECTS = {
     effect.name: effect
     for effect in (
@@ -37,9 +38,11 @@ EFFECTS = {
         Effect("tilt_second", "sample alignment: second order", "mount"),
         Effect("sample_offset", "sample alignment: front face off the centre", "mount"),
         Effect("stray_light", "background: stray light", "instrument"),
+        Effect("stated", "systematic part as imported data state it", "instrument"),
         Effect("quadrature", "integration: finite number of points", "mount"),
         Effect("coverage", "integration: what was not measured", "mount"),
         Effect("independent", "noise of the points", "mount"),
+        Effect("skirt", "incident power: skirt of the beam, outside the reference scan", "session"),
     )
 }
 

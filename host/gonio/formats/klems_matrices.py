@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from gonio.dataset.bsdf import Dataset, Distribution, Side
 from gonio.formats.findings import Findings
 from gonio.formats.klems import KlemsBasis, LightSide, Process, basis_named, incident_place, process_of, to_radiance_deg
-from gonio.formats.patch_average import HemisphereProfile, hemisphere_profile, mean_profile
+from gonio.formats.patch_average import HemisphereProfile, PatchValues, hemisphere_profile, mean_profile
+from gonio.formats.patch_uncertainty import BRIGHT, PatchUncertainty
+from gonio.formats.raw_signal import refuse_raw
 from gonio.units.errors import CheckFailed, UsageError
 
 FloatArray = NDArray[np.float64]
@@ -33,6 +35,8 @@ class MatrixSet:
     filled_patches: int = 0  # outgoing patches without a point, taken from the nearest points (own columns only)
     negative_added: float = 0.0  # largest energy per column added by writing negative averages as 0
     negative_patches: int = 0
+    # Of measured and rotated columns; none for what was simulated.
+    uncertainty: dict[tuple[Process, LightSide], PatchUncertainty] = field(default_factory=dict)
 
     def unmeasured(self) -> list[str]:
         """Names of matrices of which no column was measured."""
@@ -96,8 +100,24 @@ class KlemsMatrices:
                     f"{band}: {block.negative_patches} negative averages written as 0, "
                     f"adding at most {block.negative_added:.2e} to a column's sum."
                 )
+            lines += self._uncertainty_remarks(band)
         lines += [finding.message for finding in self.findings.of("warning")]
         return lines + self.notes
+
+    def _uncertainty_remarks(self, band: Band) -> list[str]:
+        block = self.bands[band]
+        found = [
+            (*largest, process, side)
+            for (process, side), own in block.uncertainty.items()
+            if (largest := own.largest_relative(block.matrices[process, side])) is not None
+        ]
+        if not found:
+            return []
+        u_rel, row, column, process, side = max(found)
+        return [
+            f"{band}: largest relative standard uncertainty (k = 1) of a patch over {BRIGHT:.0%} of its matrix's "
+            f"largest: {u_rel:.2%}, {process} {side}, outgoing patch {row + 1}, incident patch {column + 1}."
+        ]
 
 
 @dataclass(frozen=True)
@@ -109,7 +129,6 @@ class _Incident:
     azimuth_deg: float  # of the column
     zero_deg: float
     profiles: dict[Process, HemisphereProfile]
-    p_i_u_rel: float
 
 
 def build(
@@ -137,10 +156,11 @@ def build(
             result.bands[band] = empty_set(chosen)
             continue
         mine = [d for d in dataset.distributions if d.channel == channels[band]]
+        refuse_raw(mine)
         incidents = [_incident(chosen, d, faces, dataset.symmetry == "isotropic") for d in mine]
         block = _fill_block(chosen, incidents, dataset.symmetry == "isotropic", fill)
         _clip(block, chosen)
-        _check_energy(block, chosen, band, incidents, result.findings)
+        _check_energy(block, chosen, band, result.findings)
         result.bands[band] = block
     if assume_flat and len(channels) == 1:
         source = next(iter(channels))
@@ -185,7 +205,7 @@ def _incident(basis: KlemsBasis, points: Distribution, faces: Side, isotropic: b
         profile = hemisphere_profile(basis, points, theta_r if interior else 180.0 - theta_r, phi_r - zero)
         if profile is not None:
             profiles[process_of(side, interior)] = profile
-    return _Incident(side, polar, azimuth, zero, profiles, points.p_i_u_rel)
+    return _Incident(side, polar, azimuth, zero, profiles)
 
 
 def _fill_block(basis: KlemsBasis, incidents: list[_Incident], isotropic: bool, fill: Fill) -> MatrixSet:
@@ -195,16 +215,19 @@ def _fill_block(basis: KlemsBasis, incidents: list[_Incident], isotropic: bool, 
         if not mine:
             continue
         origin = block.origin[process, side]
+        columns: dict[int, PatchValues] = {}
         block.outermost_deg[process, side] = min(i.profiles[process].outermost_deg for i in mine)
         for column in range(basis.size):
             kind, profile = _column_profile(basis, mine, process, column, isotropic=isotropic, fill=fill)
             if profile is None:
                 continue
-            values = profile.patches()
+            columns[column] = values = profile.patches()
             matrix[:, column] = values.bsdf_per_sr
             origin[column] = kind
             if kind == MEASURED:
                 block.filled_patches += int(np.count_nonzero(values.filled))
+        direct = (origin == MEASURED) | (origin == ROTATED)
+        block.uncertainty[process, side] = PatchUncertainty.of_columns(columns, direct, basis.projected_solid_angle_sr)
     return block
 
 
@@ -238,18 +261,15 @@ def _clip(block: MatrixSet, basis: KlemsBasis) -> None:
         np.maximum(matrix, 0.0, out=matrix)
 
 
-def _check_energy(
-    block: MatrixSet, basis: KlemsBasis, band: Band, incidents: list[_Incident], findings: Findings
-) -> None:
+def _check_energy(block: MatrixSet, basis: KlemsBasis, band: Band, findings: Findings) -> None:
+    """Transmission and reflection of one incident patch share their systematic errors: they add up with their signs."""
     for side in SIDES:
         total = sum((basis.projected_solid_angle_sr @ block.matrices[p, side] for p in PROCESSES), np.zeros(basis.size))
-        mine = [i for i in incidents if i.side == side]
+        parts = [block.uncertainty[p, side] for p in PROCESSES if (p, side) in block.uncertainty]
         column = int(np.argmax(total))
-        if total[column] <= 1.0 or not mine:
+        if total[column] <= 1.0 or not parts:
             continue
-        u_rel = max(i.p_i_u_rel for i in mine)
-        variance = max(sum(profile.variance for profile in i.profiles.values()) for i in mine)
-        u = float(np.sqrt((u_rel * total[column]) ** 2 + variance))
+        u = PatchUncertainty.u_of_total(parts, column)
         polar, azimuth = basis.centres_deg[column]
         what = (
             f"{band} {side}, incident patch {column + 1} (theta {polar:g}, column azimuth {azimuth:g}): "

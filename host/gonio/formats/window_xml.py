@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Side
-from gonio.formats import atomic
+from gonio.formats import atomic, patch_table
 from gonio.formats.klems import KlemsBasis, LightSide, Process
 from gonio.formats.klems_matrices import BANDS, PROCESSES, SIDES, Band, Fill, KlemsMatrices, build
 from gonio.formats.window_reader import WindowBsdf, read
@@ -40,14 +40,19 @@ def write(
     assume_flat: bool = False,
     channel: str | None = None,
     thermal: ThermalValues | None = None,
+    uncertainty: Path | None = None,
 ) -> KlemsMatrices:
     """Writes a dataset as WINDOW XML, whole or not at all; returns the matrices with their remarks.
 
     Values are BSDF [1/sr], a row per outgoing and a column per incident patch. Options as in `klems_matrices.build`.
+    `uncertainty` is a second file, of every patch's uncertainty (patch_table.py); both are written or none.
     Raises UsageError where something is undeclared or cannot be written, CheckFailed where energy exceeds 1.
     """
     built = build(dataset, basis=basis, front=front, fill=fill, assume_flat=assume_flat, channel=channel)
-    atomic.write_bytes(path, render(dataset, built, thermal or ThermalValues()))
+    files = {path: render(dataset, built, thermal or ThermalValues())}
+    if uncertainty is not None:
+        files[uncertainty] = patch_table.render(built)
+    atomic.write_set(files)
     return built
 
 

@@ -11,15 +11,16 @@ MAX_DEPTH = 32
 _BYTE_ORDER_MARKS = (b"\xff\xfe", b"\xfe\xff", b"\xef\xbb\xbf")
 
 
-def read_limited(path: Path) -> bytes:
-    """Content of a file, UsageError when it is missing, no file or larger than MAX_BYTES."""
+def read_limited(path: Path, max_bytes: int | None = None) -> bytes:
+    """Content of a file, UsageError when it is missing, no file or larger than `max_bytes` (MAX_BYTES)."""
+    max_bytes = max_bytes or MAX_BYTES
     try:
         with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
+            content = file.read(max_bytes + 1)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read, {error.strerror}: check name and rights") from error
-    if len(content) > MAX_BYTES:
-        raise UsageError(f"{path}: larger than {MAX_BYTES // 2**20} MiB and not read: is it the right file?")
+    if len(content) > max_bytes:
+        raise UsageError(f"{path}: larger than {max_bytes // 2**20} MiB and not read: is it the right file?")
     return content
 
 

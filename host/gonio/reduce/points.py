@@ -1,6 +1,6 @@
-"""points.py: from the samples of flown paths to the points of one distribution: DSF, variance, masks, cells."""
+"""points.py: from the samples of flown paths to the points of one distribution: light, normalisation, masks, DSF."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import MASKED, Distribution, PointFlag
-from gonio.geometry.cells import disc_solid_angles_sr, hemisphere_solid_angles_sr, solid_angles_sr
 from gonio.geometry.directions import angles_deg_from_unit, unit_from_angles_deg
+from gonio.reduce.corrections import distance, lamp, masks, stray_light
+from gonio.reduce.corrections.chain import Switches
 from gonio.reduce.samples.flown import Flown
-from gonio.reduce.samples.masks import shadowed
+from gonio.units.instrument import Instrument
 
 FloatArray = NDArray[np.float64]
-
-RUN_DEG = 0.1
 
 
 @dataclass(frozen=True)
@@ -41,31 +40,57 @@ class Points:
     flags: NDArray[np.uint16]
     time_ns: NDArray[np.int64]
     path: NDArray[np.int32]  # index in the list of flown paths; -1 for points that no path flew
+    q_deg: FloatArray  # (n, axes)
+    axis_rate_deg_per_s: FloatArray  # (n, axes)
+    high_weight: FloatArray  # of the high gain in the signal
+    dark_u_counts: FloatArray  # standard uncertainty of the dark that was subtracted, common to neighbours
 
     @classmethod
     def joined(cls, parts: Sequence["Points"]) -> "Points":
         """All points one after the other."""
         return cls(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)})
 
-    def where(self, chosen: NDArray[np.bool_]) -> "Points":
-        """The chosen ones, in order."""
-        return Points(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
 
-
-def points_of(flown: Flown, path: int, scale: Scale, shade_deg: float | None) -> Points:
-    """The samples of a path as points. `shade_deg` None (free beam): the head shades nothing that counts."""
-    flags = flown.flags.copy()
+def points_of(
+    flown: Flown,
+    path: int,
+    scale: Scale,
+    instrument: Instrument,
+    switches: Switches,
+    shade_deg: float | None,
+) -> Points:
+    """The samples of a path as points. `shade_deg` None: the free beam, with no sample that lies off the centre, and
+    nothing that the head shades."""
+    flags, unit, signal = flown.flags, flown.unit, flown.signal
+    variance = flown.dark_variance + scale.shot_per_count * np.maximum(signal, 0.0)
+    dark_u = flown.dark_u_counts
+    normalisation = np.ones(len(flags))
+    if switches.on(lamp.NAME):
+        normalisation = lamp.normalisation(flown.monitor_counts, scale.monitor_counts)
     if shade_deg is not None:
-        flags[shadowed(flown.detector_lab, shade_deg)] |= np.uint16(PointFlag.SHADOWED)
+        calibration = instrument.calibration
+        if switches.on(masks.NAME):
+            shade = masks.shadowed(flown.cosine_from_source, shade_deg)
+            flags = flags | np.where(shade, np.uint16(PointFlag.SHADOWED), np.uint16(0))
+        if switches.on(distance.NAME) and calibration.sample_offset_mm and flown.incident_deg is not None:
+            offset = calibration.sample_offset_mm, instrument.arm_radius_mm
+            unit, factor = distance.seen_from_spot(unit, flown.incident_deg, *offset)
+            signal, variance, dark_u = signal * factor, variance * factor**2, dark_u * factor
+        if switches.on(stray_light.NAME) and calibration.stray_light_per_sr:
+            signal = stray_light.without_stray(signal, normalisation, scale.p_i, calibration.stray_light_per_sr)
     return Points(
-        unit=flown.outgoing,
-        signal=flown.signal,
-        variance=flown.dark_variance + scale.shot_per_count * np.maximum(flown.signal, 0.0),
-        normalisation=flown.monitor_counts / scale.monitor_counts,
+        unit=unit,
+        signal=signal,
+        variance=variance,
+        normalisation=normalisation,
         count=np.ones(len(flags), dtype=np.int32),
         flags=flags,
         time_ns=flown.time_ns,
         path=np.full(len(flags), path, dtype=np.int32),
+        q_deg=flown.q_deg,
+        axis_rate_deg_per_s=flown.axis_rate_deg_per_s,
+        high_weight=flown.high_weight,
+        dark_u_counts=dark_u,
     )
 
 
@@ -96,10 +121,14 @@ def binned(points: Points, bin_deg: float) -> Points:
         flags=np.bitwise_or.reduceat(points.flags, start),
         time_ns=origin + np.rint(mean((points.time_ns - origin).astype(np.float64))).astype(np.int64),
         path=points.path[start],
+        q_deg=mean(points.q_deg),
+        axis_rate_deg_per_s=mean(points.axis_rate_deg_per_s),
+        high_weight=mean(points.high_weight),
+        dark_u_counts=mean(points.dark_u_counts),
     )
 
 
-def unreachable_points(entries: Sequence[dict[str, Any]], incident_deg: tuple[float, float]) -> Points:
+def unreachable_points(entries: Sequence[dict[str, Any]], incident_deg: tuple[float, float], axes: int) -> Points:
     """Masked points where the plan found that the instrument cannot look."""
     own = [e for e in entries if (e["incident_theta_deg"], e["incident_phi_deg"]) == incident_deg]
     n = len(own)
@@ -112,58 +141,22 @@ def unreachable_points(entries: Sequence[dict[str, Any]], incident_deg: tuple[fl
         flags=np.full(n, PointFlag.UNREACHABLE, dtype=np.uint16),
         time_ns=np.zeros(n, dtype=np.int64),
         path=np.full(n, -1, dtype=np.int32),
+        q_deg=np.full((n, axes), np.nan),
+        axis_rate_deg_per_s=np.full((n, axes), np.nan),
+        high_weight=np.full(n, np.nan),
+        dark_u_counts=np.full(n, np.nan),
     )
 
 
-def cells(points: Points, kinds: Sequence[str]) -> FloatArray:
-    """Solid angles (n,). Where the coarse pass covered a hemisphere its points share all of it; where it did not, the
-    points of a peak's spiral share only their disc. `kinds` has the kind of each flown path."""
-    coarse = np.array([kind == "coarse" for kind in kinds] + [False])[points.path]  # path -1: the last
-    up = points.unit[:, 2] >= 0.0
-    covered = [_covers(points.unit[coarse & side, 2]) for side in (up, ~up)]
-    if all(covered):
-        return _in_runs(points, coarse, solid_angles_sr)
-    omega = np.zeros(len(up))
-    for side, of_coarse in zip((up, ~up), covered, strict=True):
-        if of_coarse:
-            omega[side] = _in_runs(points.where(side), coarse[side], hemisphere_solid_angles_sr)
-            continue
-        for path in np.unique(points.path[side & (points.path >= 0)]):
-            own = side & (points.path == path)
-            if kinds[path] == "peak" and own.sum() > 2:
-                pole = points.unit[own].sum(axis=0)
-                omega[own] = disc_solid_angles_sr(points.unit[own], pole / np.linalg.norm(pole))
-    return omega
-
-
-def _in_runs(points: Points, coarse: NDArray[np.bool_], areas: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Solid angles (n,): successive samples of the coarse pass within RUN_DEG of track share their middle one's cell.
-
-    They lie far closer along the track than the tracks do, and than the aperture sees: cells of their own would cost
-    three times the work and tell nothing more.
-    """
-    step_deg = np.degrees(np.linalg.norm(np.diff(points.unit, axis=0, prepend=points.unit[:1]), axis=1))
-    place = np.floor(np.cumsum(np.where(coarse, step_deg, 0.0)) / RUN_DEG)
-    new = ~coarse
-    new[:1] = True
-    new[1:] |= (np.diff(place) != 0) | (np.diff(points.path) != 0)
-    start = np.flatnonzero(new)
-    size = np.diff(start, append=len(new))
-    return np.repeat(areas(points.unit[start + size // 2]) / size, size)
-
-
-def _covers(height: FloatArray) -> bool:
-    """Whether a pass with these cosines (n,) went over its hemisphere and not just along the horizon."""
-    return len(height) > 0 and bool(np.abs(height).max() > 0.5)
-
-
 def distribution_of(points: Points, omega: FloatArray, incident_deg: tuple[float, float], scale: Scale) -> Distribution:
-    """The points as a distribution; masked ones have NaN for the DSF and its variance."""
+    """The points as a distribution; masked ones have NaN for the DSF and its variance. The division comes here, last,
+    and keeps the sign of the signal."""
     masked = points.flags & MASKED != 0
     with np.errstate(invalid="ignore", divide="ignore"):
-        dsf = points.signal / (points.normalisation * scale.p_i)
-        variance = points.variance / (points.normalisation * scale.p_i) ** 2
-        variance = variance + dsf**2 * scale.monitor_variance_rel / np.maximum(points.count, 1)
+        per_signal = 1.0 / (points.normalisation * scale.p_i)
+        dsf = points.signal * per_signal
+        variance = points.variance * per_signal**2
+        variance += dsf**2 * (scale.monitor_variance_rel / np.maximum(points.count, 1))
         low = ~masked & (points.signal < 3.0 * np.sqrt(points.variance))
     dsf[masked] = np.nan
     variance[masked] = np.nan

@@ -1,42 +1,39 @@
 """html.py: writes the report of a dataset: one self-contained HTML file, no network, images inside."""
 
-import platform
 from html import escape
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
 
-from gonio.dataset.bsdf import Dataset, PointFlag
+from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.formats import atomic
 from gonio.formats.klems_matrices import BANDS, PROCESSES, SIDES, build
 from gonio.reduce.integrals.truth_beside import KnownTruth
-from gonio.report import figures, tables
+from gonio.report import (
+    lobe,
+    lobe_script,
+    path_figure,
+    plane_figure,
+    polar_map,
+    result_tables,
+    sections,
+    tables,
+    uncertainty_map,
+)
+from gonio.report.beam_figure import beam_figure
+from gonio.report.budget_html import uncertainty
 from gonio.report.comparison import known_values, word_for
 from gonio.report.controller import controller
-from gonio.report.html_parts import (
-    bullets,
-    facts,
-    figure,
-    flatten,
-    folded,
-    number,
-    paragraph,
-    section,
-    table,
-)
+from gonio.report.drawing import DPI, Half
+from gonio.report.html_parts import bullets, facts, figure, folded, number, paragraph, section, subtitle, table
+from gonio.report.plane_profile import plane_profile
+from gonio.report.polar_grid import Picture, hemisphere_pictures
 from gonio.report.style import CSS
 from gonio.units.errors import GonioError
 
 _MANY = 6  # more distributions than this are folded away and drawn coarser
-_COUNTERS = "counters"
-_LOST = {
-    "samples_lost": "Samples lost",
-    "strobes_lost": "Strobe edges lost",
-    "sync_echoes_lost": "SYNC echoes lost",
-    "tpdo_missing": "Positions missing",
-    "link_gap_frames": "Link frames lost",
-}
+_COARSE_DPI = 80
+_MOST_LOBES = 24  # distributions with a lobe and a map of the uncertainty: the page stays small
 
 
 def write_report(dataset: Dataset, path: Path, *, truth: KnownTruth | None = None) -> None:
@@ -48,30 +45,42 @@ def render(dataset: Dataset, truth: KnownTruth | None = None) -> str:
     """The HTML document."""
     name = dataset.sample_name or "unnamed sample"
     known = [known_values(d, truth) for d in dataset.distributions]
-    sections = [
-        ("Integrals", tables.integrals(dataset, known)),
+    bodies = [
+        ("Integrals", tables.integrals(dataset, known) + result_tables.coverage(dataset)),
+        ("Parts and cones", result_tables.parts(dataset)),
         ("Peaks", tables.peaks(dataset, known)),
         ("Wavelengths", tables.wavelengths(dataset)),
         ("Scattering", _distributions(dataset, truth)),
+        ("Uncertainty", uncertainty(dataset)),
         ("Path", _path(dataset)),
         ("Reference beam", _beam(dataset)),
-        ("Lost and masked", _losses(dataset)),
+        ("Corrections", sections.corrections(dataset)),
+        ("Merged", sections.merged(dataset)),
+        ("Lost and masked", sections.losses(dataset)),
         ("Controller", controller(dataset)),
         ("Klems matrices", _klems(dataset)),
-        ("Provenance", _provenance(dataset)),
+        ("Provenance", sections.provenance(dataset)),
     ]
-    present = [(title, body) for title, body in sections if body]
+    present = [(title, body) for title, body in bodies if body]
     links = "".join(f'<a href="#{_anchor(title)}">{escape(title)}</a>' for title, _ in present)
+    script = lobe_script.script(lobe.colour_table()) if any("<canvas" in part for _, part in present) else ""
     body = "".join(section(_anchor(title), title, part) for title, part in present)
+    header = (
+        f'<header><div class="eyebrow">gonio \u00b7 BSDF report</div><h1>{escape(name)}</h1>{_head(dataset, truth)}'
+        f"<nav>{links}</nav></header>"
+    )
+    return page(f"{name} \u2013 BSDF report", f"{header}<main>{body}</main>", script)
+
+
+def page(title: str, body: str, script: str = "") -> str:
+    """The document around header and main part (HTML), with the style sheet; `title` is plain text."""
     return (
         '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<title>{escape(name)} \u2013 BSDF report</title><style>{CSS}</style></head><body>"
-        f'<header><div class="eyebrow">gonio \u00b7 BSDF report</div><h1>{escape(name)}</h1>{_head(dataset, truth)}'
-        f"<nav>{links}</nav></header><main>{body}</main>"
+        f"<title>{escape(title)}</title><style>{CSS}</style></head><body>{body}"
         "<footer>Angles: theta 0\u2013180\u00b0 from the front normal, phi 0\u2013360\u00b0 from +x towards +y, "
         "away from the sample. DSF = scattered radiant intensity over incident power [1/sr]; "
-        f"BSDF = DSF / |cos theta|. Written by gonio {escape(_own_version())}.</footer></body></html>\n"
+        f"BSDF = DSF / |cos theta|. Written by gonio {escape(sections.own_version())}.</footer>{script}</body></html>\n"
     )
 
 
@@ -98,40 +107,93 @@ def _head(dataset: Dataset, truth: KnownTruth | None) -> str:
 
 
 def _distributions(dataset: Dataset, truth: KnownTruth | None) -> str:
+    """Per incident direction: polar maps, the scatter plane, the lobe to turn, maps of the uncertainty."""
     many = len(dataset.distributions) > _MANY
-    dpi = 72 if many else 110
+    dpi = _COARSE_DPI if many else DPI
     parts = []
-    for d in dataset.distributions:
-        masked = "" if d.measured.all() else " Hatched: masked."
-        maps = figure(
-            figures.polar_maps(d, dpi),
-            f"Polar maps of the DSF for incidence {tables.incident(d)}, {d.channel}",
-            f"DSF, logarithmic; each pixel shows the nearest point. White: nothing {word_for(d)}.{masked}",
-        )
-        plane = figure(
-            figures.plane_figure(d, truth, dpi),
-            f"Scatter plane for incidence {tables.incident(d)}, {d.channel}",
-            f"Plane of incidence, {word_for(d)} points only."
-            + (
-                ""
-                if truth is None
-                else f" Below: {word_for(d)} over truth, less one, at the points themselves; dark: their means per "
-                "degree."
-            ),
-        )
+    for number_, d in enumerate(dataset.distributions):
         title = f"Incident {tables.incident(d)}, {d.channel}: {len(d.theta_deg):,} points"
-        parts.append(folded(title, maps, plane) if many else f"<h3>{escape(title)}</h3>{maps}{plane}")
+        pictures = hemisphere_pictures(d)
+        shown = [_maps(d, pictures, dpi), _plane(d, truth, dpi)]
+        if number_ < _MOST_LOBES:
+            shown += [_lobe(d), _uncertainty_map(d, pictures, opened=not many and number_ == 0)]
+        parts.append(folded(title, *shown) if many else subtitle(title) + "".join(shown))
     return "".join(parts)
+
+
+def _maps(d: Distribution, pictures: dict[Half, Picture], dpi: int) -> str:
+    scale = polar_map.dsf_scale(d)
+    masked = "" if d.measured.all() else " Hatched: masked."
+    return figure(
+        polar_map.polar_maps(d, pictures, scale, dpi),
+        f"Polar maps of the DSF for incidence {tables.incident(d)}, {d.channel}",
+        f"DSF, logarithmic; each pixel shows the nearest point. White: nothing {word_for(d)}.{masked}"
+        + polar_map.scale_words(scale),
+    )
+
+
+def _plane(d: Distribution, truth: KnownTruth | None, dpi: int) -> str:
+    profile = plane_profile(d)
+    drawn = plane_figure.plane_figure(d, truth, dpi, profile)
+    if drawn is None:
+        return ""
+    words = word_for(d).capitalize()
+    caption = (
+        f"Plane of incidence: {words.lower()} points within {profile.band_deg:.2g}\u00b0 of it, means over 0.1\u00b0. "
+    )
+    if profile.masked_deg.size:
+        caption += "Grey: masked. "
+    below = int(np.count_nonzero(profile.dsf_per_sr <= 0))
+    if below:
+        caption += f"Hollow triangles: {below:,} means at or below zero, which a logarithm cannot show. "
+    if truth is not None:
+        caption += f"Below: {words.lower()} over truth, less one, and the k = 2 band about zero."
+    elif d.effects:
+        caption += "Below: expanded uncertainty in percent of the DSF, combined (line) and of the noise alone (dots)."
+    else:
+        caption += "Below: expanded uncertainty in percent of the DSF, of the noise alone."
+    return figure(drawn, f"Scatter plane for incidence {tables.incident(d)}, {d.channel}", caption)
+
+
+def _lobe(d: Distribution) -> str:
+    mesh = lobe.build_mesh(d)
+    if mesh is None:
+        return ""
+    caption = (
+        "The DSF as a body: distance from the centre and colour are its logarithm, from "
+        f"{mesh.floor_per_sr:.1g} in the centre to {mesh.top_per_sr:.3g} 1/sr. Drag to turn, point to read a value. "
+        "Dashed circles: decades in the plane of incidence. Holes: masked, or no point near."
+    )
+    shown = lobe.canvas(d, mesh, f"Body of the DSF for incidence {tables.incident(d)}, {d.channel}")
+    return f"<figure>{shown}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def _uncertainty_map(d: Distribution, pictures: dict[Half, Picture], *, opened: bool) -> str:
+    by_cause = uncertainty_map.dominance(d) if d.effects else None
+    uri = uncertainty_map.uncertainty_map(d, pictures, by_cause)
+    if uri is None:
+        return ""
+    caption = "Relative standard uncertainty (k = 1) of the DSF at the nearest point, "
+    if by_cause is None:
+        caption += "independent part alone."
+    else:
+        caption += (
+            "noise and all effects combined. Below: the systematic effect that contributes most, with its share of "
+            f"the covered solid angle. On {100 * by_cause.noise_share:.3g} % of it the noise of a single point exceeds "
+            "all effects together; in sums it averages out, and they do not."
+        )
+    drawn = figure(uri, f"Maps of the uncertainty for incidence {tables.incident(d)}, {d.channel}", caption)
+    return folded("Map of the uncertainty", drawn, opened=opened)
 
 
 def _path(dataset: Dataset) -> str:
     parts: list[str] = []
     for d in dataset.distributions:
-        uri = figures.path_figure(d)
+        uri = path_figure.path_figure(d)
         if uri is not None:
-            drawn = figure(
-                uri, f"Detector path for incidence {tables.incident(d)}", "Path of the detector in flying order."
-            )
+            by = "path" if d.paths and len(d.path) == len(d.theta_deg) else "time"
+            caption = f"Path of the detector, coloured by {by}; marks: masked points by their reason."
+            drawn = figure(uri, f"Detector path for incidence {tables.incident(d)}", caption)
             parts.append(folded(f"Incident {tables.incident(d)}, {d.channel}", drawn, opened=not parts))
     return "".join(parts)
 
@@ -140,37 +202,20 @@ def _beam(dataset: Dataset) -> str:
     beam = dataset.beam
     if beam is None or not len(beam.theta_deg):
         return ""
-    power = {(d.p_i, d.p_i_u_rel) for d in dataset.distributions}
+    power = {(d.p_i, d.p_i_u_rel, d.signal_unit) for d in dataset.distributions}
     lines = [
-        f"P_i = {number(p, 6)} (signal \u00b7 sr), relative standard uncertainty {number(u, 2)} (independent part)"
-        for p, u in sorted(power)
+        f"P_i = {number(p, 6)} {unit} \u00b7 sr, relative standard uncertainty {number(u, 2)} (independent part)"
+        for p, u, unit in sorted(power)
     ]
+    closure = beam.integrals.get("closure")
+    if closure is not None:
+        lines.append(
+            f"Closure: the beam's own points and cells give {closure:.6f} of P_i, u = "
+            f"{number(beam.integrals.get('closure_u'), 2)}"
+        )
     done = "scanned" if word_for(beam) == "measured" else "simulated"
     caption = f"Signal of the unobstructed beam, {done} without the sample, over the angle from its axis."
-    return bullets(lines) + figure(figures.beam_figure(beam), "Profile of the reference beam", caption)
-
-
-def _losses(dataset: Dataset) -> str:
-    parts = []
-    counters = dict(flatten(dataset.provenance.get(_COUNTERS, {})))
-    if counters:
-        parts.append(facts({title: counters[name] for name, title in _LOST.items() if name in counters}))
-        parts.append(folded("All counters", table(["counter", "count"], list(counters.items()))))
-    rows = []
-    for d in dataset.distributions:
-        counts = [(flag, int(np.count_nonzero(d.flags & flag))) for flag in PointFlag if flag]
-        named = [f"{(flag.name or '').lower().replace('_', ' ')} {n:,}" for flag, n in counts if n]
-        rows.append(
-            [
-                tables.incident(d),
-                d.channel,
-                f"{len(d.theta_deg):,}",
-                f"{np.count_nonzero(d.measured):,}",
-                "; ".join(named),
-            ]
-        )
-    parts.append(table(["incident", "channel", "points", "used", "flags"], rows, text_columns=(4,)))
-    return "".join(parts)
+    return bullets(lines) + figure(beam_figure(beam), "Profile of the reference beam", caption)
 
 
 def _klems(dataset: Dataset) -> str:
@@ -192,23 +237,5 @@ def _klems(dataset: Dataset) -> str:
     return table(head, rows) + bullets(built.remarks()) + paragraph(note, "note")
 
 
-def _provenance(dataset: Dataset) -> str:
-    rest = {key: value for key, value in dataset.provenance.items() if key != _COUNTERS}
-    own = [("gonio", _own_version()), ("Python", platform.python_version()), ("numpy", np.__version__)]
-    rows = [*flatten(rest), *((f"this report: {name}", value) for name, value in own)]
-    return folded(
-        "Settings, versions, hashes, corrections",
-        table(["what", "value"], rows, text_columns=(1,)),
-        opened=len(rows) < 25,
-    )
-
-
 def _anchor(title: str) -> str:
     return title.lower().replace(" ", "-")
-
-
-def _own_version() -> str:
-    try:
-        return version("gonio")
-    except PackageNotFoundError:
-        return "(not installed)"

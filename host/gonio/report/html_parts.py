@@ -29,16 +29,31 @@ def signed_percent(value: float | None, decimals: int = 3) -> str:
     return f"{round(100 * value, decimals) + 0.0:+.{decimals}f} %"  # no negative zero
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, text_columns: Sequence[int] = ()) -> str:
-    """Cells are escaped; columns in `text_columns` may wrap and are set left."""
+def table(
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    text_columns: Sequence[int] = (),
+    strong_rows: Sequence[int] = (),
+    wide: bool = False,
+) -> str:
+    """Cells are escaped; columns in `text_columns` may wrap and are set left; rows in `strong_rows` are set strong; of
+    a `wide` table the first column may wrap."""
 
     def cells(tag: str, row: Sequence[str]) -> str:
         return "".join(
             f"<{tag}{' class=text' if i in text_columns else ''}>{escape(cell)}</{tag}>" for i, cell in enumerate(row)
         )
 
-    body = "".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
-    return f'<div class="scroll"><table><thead><tr>{cells("th", head)}</tr></thead><tbody>{body}</tbody></table></div>'
+    body = "".join(
+        f"<tr{' class=strong' if i in strong_rows else ''}>{cells('td', row)}</tr>" for i, row in enumerate(rows)
+    )
+    kind = "scroll wide" if wide else "scroll"
+    return f'<div class="{kind}"><table><thead><tr>{cells("th", head)}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def subtitle(text: str) -> str:
+    return f"<h3>{escape(text)}</h3>"
 
 
 def facts(items: Mapping[str, str]) -> str:

@@ -24,15 +24,22 @@ table{border-collapse:collapse;font-size:.88rem;font-variant-numeric:tabular-num
 th,td{text-align:right;padding:.34rem .7rem;border-bottom:1px solid var(--line);white-space:nowrap}
 th{white-space:normal;font-weight:600;color:var(--muted);border-bottom:1.5px solid var(--muted);vertical-align:bottom}
 th:first-child,td:first-child,td.text,th.text{text-align:left}
+tr.strong td{font-weight:600}
+.wide td:first-child{white-space:normal;min-width:11rem}
 td.text{white-space:normal;overflow-wrap:anywhere;min-width:14rem}
 figure{margin:.8rem 0 1.4rem}img{max-width:100%;height:auto;display:block}
 details{border:1px solid var(--line);border-radius:6px;padding:.2rem .9rem;margin:.6rem 0}
 summary{cursor:pointer;padding:.4rem 0;font-weight:600}
 .warn{border-left:3px solid var(--warn);padding:.1rem .9rem;color:var(--warn)}
+.lobe{max-width:46rem;margin:0 auto}.lobe canvas{width:100%;display:block;cursor:grab;touch-action:pan-y}
+.lobe-bar{display:flex;flex-wrap:wrap;gap:.35rem;align-items:center;font-size:.86rem}
+.lobe-bar button{font:inherit;padding:.15rem .6rem;border:1px solid var(--line);border-radius:5px;
+ background:var(--soft);color:var(--ink);cursor:pointer}
+.lobe-bar output{color:var(--muted);font-variant-numeric:tabular-nums;min-height:1.4em}
 ul.remarks{padding-left:1.1rem;max-width:56rem}
 footer{margin-top:3rem;color:var(--muted);font-size:.82rem;border-top:1px solid var(--line);padding-top:.8rem}
-@media(max-width:640px){figure{overflow-x:auto}figure img{max-width:none;width:46rem}}
+@media(max-width:640px){figure{overflow-x:auto}figure img{max-width:46rem}}
 @media print{body{max-width:none;padding:0;font-size:10.5pt}nav{display:none}
- figure,table,.facts{break-inside:avoid}h2,h3{break-after:avoid}details{border:none;padding:0}.scroll{overflow:visible}
+ figure,table,.facts{break-inside:avoid}h2,h3{break-after:avoid}details{border:none;padding:0}.lobe-bar{display:none}.scroll{overflow:visible}
  td,th{padding:.2rem .4rem}}
 """

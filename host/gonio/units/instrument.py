@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, asdict, dataclass, fields, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeVar
@@ -178,6 +178,19 @@ def parse_instrument(text: str, source: str) -> Instrument:
     )
 
 
+def override_calibration(instrument: Instrument, text: str, source: str) -> Instrument:
+    """The instrument with what the TOML `text` says in its one table [calibration]; other values stay as they are.
+    Raises UsageError, naming `source` and key."""
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise UsageError(f"{source}: not TOML ({error})") from error
+    reader = _Reader(source)
+    if set(document) != {"calibration"}:
+        raise reader.error("calibration", "must be the only table of this file")
+    return replace(instrument, calibration=_calibration(reader, document["calibration"], instrument.calibration))
+
+
 class _Reader:
     """Typed access to TOML tables; every error names the file and the key."""
 
@@ -290,10 +303,10 @@ def _zone(reader: _Reader, row: dict[str, Any], where: str, axis_count: int) -> 
     return Zone(reader.value(row, where, "name", str), tuple(half_spaces))
 
 
-def _calibration(reader: _Reader, table: Any) -> Calibration:
+def _calibration(reader: _Reader, table: Any, base: Calibration | None = None) -> Calibration:
     if not isinstance(table, dict):
         raise reader.error("calibration", "is not a table")
-    calibration = reader.build(Calibration, table, "calibration")
+    calibration = reader.build(Calibration, {**(asdict(base) if base else {}), **table}, "calibration")
     for field in fields(Calibration):
         if "_u" in field.name and getattr(calibration, field.name) < 0.0:
             raise reader.error(f"calibration.{field.name}", "is negative: an uncertainty is 0 or more")

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.dataset.nexus import read_dataset, write_dataset
+from gonio.dataset.nexus_points import PointWriter
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.geometry.kinematics import Kinematics
 from gonio.units.errors import UsageError
@@ -35,6 +37,12 @@ def distribution(points: int, seed: int, **scalars: Any) -> Distribution:
         flags=flags,
         solid_angle_sr=rng.random(points),
         time_ns=rng.integers(-(2**62), 2**62, points),
+        # Effects are stored in single precision: these are such numbers.
+        effects={key: dsf.astype("f4") * np.float64(0.25) for key in ("dark", "axis arm azimuth #day 1/2", "future")},
+        linear_solid_angle_sr=rng.random(points if seed % 2 else 0),
+        path=rng.integers(-1, 2, points if seed % 2 else 0, dtype=np.int32),
+        paths=("coarse 30/0", "mirror 30/0") if seed % 2 else (),
+        signal_unit="A" if seed % 2 else "counts",
     )
 
 
@@ -77,7 +85,15 @@ def test_round_trip_is_exact(
 ) -> None:
     dataset = Dataset(
         [
-            distribution(n, k, integrals=integrals, wavelength_nm=wavelength_nm, channel=text, p_i=1.0 / 3.0)
+            distribution(
+                n,
+                k,
+                integrals=integrals,
+                budgets={name: {"dark": 1.0 / 3.0, text: value} for name, value in integrals.items()},
+                wavelength_nm=wavelength_nm,
+                channel=text,
+                p_i=np.nan if k == 1 else 1.0 / 3.0,
+            )
             for k, n in enumerate(sizes)
         ],
         sample_name=text,
@@ -102,6 +118,79 @@ def test_large_distribution_is_compressed_exact_and_guarded(tmp_path: Path) -> N
     path.write_bytes(data)
     with pytest.raises(UsageError, match="truncated or damaged"):
         read_dataset(path)
+
+
+@pytest.mark.parametrize("points", [2047, 2048, 65_536, 70_001])
+def test_packed_chunks_are_what_the_librarys_own_filters_unpack(tmp_path: Path, points: int) -> None:
+    """HDF5's own filters take the chunks apart again, whole columns and parts of them."""
+    rng = np.random.default_rng(points)
+    columns: dict[str, NDArray[Any]] = {
+        "noise": rng.standard_normal(points),
+        "smooth": np.linspace(0.0, 1.0, points),
+        "single": rng.standard_normal(points).astype("f4"),
+        "flags": rng.choice([0, 64], points).astype("u2"),
+        "zeros": np.zeros(points, dtype="i4"),
+        "time": np.arange(points) * 1_000_017 + 1_700_000_000_000_000_000,
+    }
+    with h5py.File(tmp_path / "a.h5", "w") as file, PointWriter() as writer:
+        for name, values in columns.items():
+            writer.add(file, name, values, "deg")
+    with h5py.File(tmp_path / "a.h5") as file:
+        for name, values in columns.items():
+            np.testing.assert_array_equal(file[name][...], values, err_msg=name)
+            assert file[name].dtype == values.dtype
+            np.testing.assert_array_equal(file[name][points // 2 :], values[points // 2 :])
+        if points >= 2048:
+            assert file["time"].id.get_storage_size() < 0.2 * columns["time"].nbytes
+            assert file["noise"].id.get_storage_size() < 1.01 * columns["noise"].nbytes
+
+
+def test_a_failed_write_waits_for_its_threads_and_tells_the_cause(tmp_path: Path) -> None:
+    def fail() -> None:
+        with h5py.File(tmp_path / "a.h5", "w") as file, PointWriter() as writer:
+            writer.add(file, "a", np.zeros(200_000))
+            raise RuntimeError("the cause")
+
+    with pytest.raises(RuntimeError, match="the cause"):
+        fail()
+
+
+def test_format_1_is_still_read(tmp_path: Path) -> None:
+    """Format 1 was format 2 without effects, budgets, paths and linear weights, in the library's own chunks."""
+    source = distribution(3000, 2)
+    source.effects = {}
+    write_dataset(Dataset([source], sample_name="old"), tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5", "a") as file:
+        file.attrs["gonio_format"] = 1
+        data = file["incident_0000/data"]
+        for name in ("theta", "dsf"):
+            values, units = data[name][...], data[name].attrs["units"]
+            del data[name]
+            data.create_dataset(name, data=values, compression="gzip", shuffle=True, fletcher32=True)
+            data[name].attrs["units"] = units
+    assert_same(read_dataset(tmp_path / "a.h5"), Dataset([source], sample_name="old"))
+
+
+def test_effects_keep_seven_digits_and_say_what_they_are(tmp_path: Path) -> None:
+    source = distribution(100, 1)
+    source.effects = {"gain_ratio": np.random.default_rng(4).standard_normal(100) * 1e-4}
+    write_dataset(Dataset([source]), tmp_path / "a.h5")
+    back = read_dataset(tmp_path / "a.h5").distributions[0]
+    np.testing.assert_allclose(back.effects["gain_ratio"], source.effects["gain_ratio"], rtol=1e-7)
+    with h5py.File(tmp_path / "a.h5") as file:
+        column = file["incident_0000/effects/effect_000"]
+        assert (column.attrs["key"], column.attrs["units"]) == ("gain_ratio", "1/sr")
+        assert "ratio of the gains" in column.attrs["long_name"]
+        assert file["incident_0000/data/signal"].attrs["units"] == "A"
+        assert file["incident_0000/instrument/beam/p_i"].attrs["units"] == "A*sr"
+    source.effects["gain_ratio"] = np.zeros(3)
+    with pytest.raises(ValueError, match="'gain_ratio' has shape"):
+        write_dataset(Dataset([source]), tmp_path / "b.h5")
+
+
+def test_provenance_takes_no_number_that_json_lacks(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="JSON"):
+        write_dataset(Dataset([], provenance={"u": float("nan")}), tmp_path / "a.h5")
 
 
 def test_a_nexus_reader_finds_the_default_plot_and_the_axes(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from scipy.spatial import SphericalVoronoi
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.geometry.directions import angle_between_deg, angles_deg_from_unit, unit_from_angles_deg
 from gonio.reduce.integrals.hemispheres import integrals
-from gonio.reduce.integrals.peaks import measure_peak
+from gonio.reduce.integrals.peaks import evaluated_peak
 
 FloatArray = NDArray[np.float64]
 SIGMA_DEG = 1.2
@@ -112,10 +112,10 @@ def lambert_and_mirror(
 def with_evaluation(d: Distribution, coarse: int = 3000) -> Distribution:
     """The distribution with its integrals and the fit of the spiral that `lambert_and_mirror` puts behind `coarse`."""
     d.integrals = integrals(d)
-    unit = unit_from_angles_deg(d.theta_deg, d.phi_deg)
-    peak = measure_peak(unit[coarse:], d.dsf_per_sr[coarse:], d.measured[coarse:])
-    assert peak is not None
     name = f"mirror {d.incident_theta_deg:g}/{d.incident_phi_deg:g}"
-    flown = {"first_point": float(coarse), "points": float(len(unit) - coarse)}
-    d.integrals |= peak.named(name) | {f"peak {name} {key}": value for key, value in flown.items()}
+    points = len(d.theta_deg)
+    peak, results = evaluated_peak(d, slice(coarse, points), name)
+    assert peak is not None
+    results.into(d)
+    d.integrals |= {f"peak {name} first_point": float(coarse), f"peak {name} points": float(points - coarse)}
     return d

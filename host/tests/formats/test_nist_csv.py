@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gonio.dataset.bsdf import Distribution
+from gonio.dataset.bsdf import Distribution, PointFlag
 from gonio.formats import nist_csv, validate, window_xml
 from gonio.formats.klems import BASES
 from gonio.formats.patch_average import hemisphere_profile
-from gonio.reduce.pipeline import reduce_dataset
+from gonio.reduce.imported import reduce_dataset
 from gonio.units.errors import UsageError
 
 TABLE = Path(__file__).parents[3] / "docs" / "examples" / "nist_ptfe" / "PTFE.data.csv"
@@ -100,3 +100,30 @@ def test_foreign_and_cut_off_tables_are_refused(tmp_path: Path, content: bytes, 
     path.write_bytes(content)
     with pytest.raises(UsageError, match=words):
         nist_csv.read(path)
+
+
+def test_the_published_table_comes_back_to_its_digits(tmp_path: Path) -> None:
+    path = tmp_path / "again.csv"
+    assert nist_csv.write(nist_csv.read(TABLE), path) == (7296, 0)
+    published = [",".join(line.split(",")[:6]) for line in TABLE.read_text().splitlines()]
+    assert path.read_text().splitlines() == published
+
+
+def test_only_reflection_at_a_wavelength_is_written(tmp_path: Path) -> None:
+    source, path = tmp_path / "t.csv", tmp_path / "again.csv"
+    rows = "0.633,-30,0,20,180,3.1E-01\n0.633,-30,0,160,0,1.25E-05\n0.633,-30,0,90,0,1.00E-05\n"
+    source.write_text(HEADER + rows)
+    dataset = nist_csv.read(source)
+    assert nist_csv.write(dataset, path) == (1, 2)
+    assert path.read_text() == HEADER + "0.633,-30,0,20,180,3.10E-01\n"
+    with pytest.raises(UsageError, match="no channel 'red'"):
+        nist_csv.write(dataset, path, channel="red")
+    dataset.distributions[0].flags[:] = PointFlag.SHADOWED
+    with pytest.raises(UsageError, match="no point in reflection"):
+        nist_csv.write(dataset, path)
+    dataset.distributions[0].wavelength_nm = None
+    with pytest.raises(UsageError, match="states no wavelength"):
+        nist_csv.write(dataset, path)
+    dataset.distributions[0].p_i = np.nan
+    with pytest.raises(UsageError, match="not normalised"):
+        nist_csv.write(dataset, path)

@@ -128,16 +128,17 @@ class Scan:
 
     def reference(self, radius_deg: float = 1.6, pitch_deg: float = 0.1) -> None:
         self.mounted.append((self.now_s, np.inf, False))
-        self._spiral("reference", "reference", (180.0, 0.0), (0.0, 0.0), radius_deg, pitch_deg)
+        self.fly_spiral("reference", "reference", (180.0, 0.0), (0.0, 0.0), radius_deg, pitch_deg)
         self.mounted[-1] = (self.mounted[-1][0], self.now_s, False)
 
     def peak(self, incident: tuple[float, float], radius_deg: float, pitch_deg: float) -> None:
         theta, phi = mirror(*incident)
-        self._spiral("peak", "mirror", (float(theta), float(phi)), incident, radius_deg, pitch_deg)
+        self.fly_spiral("peak", "mirror", (float(theta), float(phi)), incident, radius_deg, pitch_deg)
 
-    def _spiral(
+    def fly_spiral(
         self, kind: str, name: str, centre: tuple[float, float], incident: tuple[float, float], *size: float
     ) -> None:
+        """A spiral about `centre` (sample frame, degrees); `size`: radius and pitch in degrees."""
         q1, q2 = self.kinematics.sample_axes_for_incident(*incident)
         arm = self.kinematics.arm_for_outgoing(q1, q2, spiral(centre, *size))
         arm[:, 0] = np.degrees(np.unwrap(np.radians(arm[:, 0])))

@@ -1,5 +1,6 @@
 """test_corrections.py: dark over time and temperature, saturation, the blend of the gains, noise estimates."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,9 @@ from gonio.protocol.generated.records import (
     SAMPLE_LOW_SATURATED,
     SAMPLE_MONITOR_SATURATED,
 )
-from gonio.reduce.corrections.light import Dark, Gains, light_of, shot_variance_per_count
+from gonio.reduce.corrections.dark import Dark
+from gonio.reduce.corrections.light import Gains, light_of
+from gonio.reduce.corrections.noise import shot_variance_per_count
 from gonio.reduce.samples.timeline import counted, inside, path_intervals, shutter_closed_ns
 from gonio.units.instrument import load_instrument
 
@@ -46,7 +49,7 @@ def test_dark_follows_time_and_temperature_between_the_darks() -> None:
     assert dark is not None
     found = light_of(samples, time_ns, np.ones(n), dark, GAINS)
     assert np.abs(found.signal - light)[(seconds > 1.0) & (seconds < 31.0)].max() < 2e-3
-    constant = Dark(dark.time_ns, dark.temperature_c, dark.counts, dark.variance_counts2, np.zeros(2))
+    constant = replace(dark, per_c=np.zeros(2))
     without = light_of(samples, time_ns, np.ones(n), constant, GAINS)
     assert np.abs(without.signal - light)[(seconds > 1.0) & (seconds < 31.0)].max() > 2e-3
 
@@ -70,7 +73,7 @@ def test_gains_blend_without_a_step_and_saturation_is_masked() -> None:
     assert np.all(weight[light > 7975.0] == 0.0)
     assert np.abs(np.diff(weight)).max() < 0.001
     one = np.array([[350.0, 12.0]])
-    dark = Dark(time_ns[:1], np.array([20.0]), one, np.array([64.0, 0.25]), np.zeros(2))
+    dark = Dark(time_ns[:1], np.array([20.0]), one, np.array([64.0, 0.25]), np.zeros(2), np.zeros((1, 2)))
     samples["high_counts"] -= np.where(
         samples["flags"] & SAMPLE_HIGH_SATURATED, 0, np.rint(np.arange(30_000) * 0.01)
     ).astype(np.int32)

@@ -1,59 +1,89 @@
-"""integrals.py: what a distribution adds up to: reflectance, transmittance, and how much of the sphere was measured."""
+"""hemispheres.py: what a distribution adds up to: reflectance, transmittance, and how much was measured."""
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from gonio.dataset.bsdf import Distribution
 from gonio.geometry.directions import unit_from_angles_deg
+from gonio.reduce.integrals.cones import named_cones
+from gonio.reduce.integrals.fill import fill_holes
+from gonio.reduce.integrals.parts import parts
+from gonio.reduce.integrals.quadrature import Weights, integral, left_u, side_weights
+from gonio.reduce.integrals.results import Results, weighted_sum
 
 FloatArray = NDArray[np.float64]
 
-# A masked direction takes the value of the measured one next to it, but not from farther than this.
-FILL_REACH_DEG = 6.0
 _BAND_DEG = 2.0
-_GRAZING = 1e-6  # cosine below which a BSDF means nothing
 
 
 def integrals(distribution: Distribution, projected_sr: FloatArray | None = None) -> dict[str, float]:
-    """Sums over the points' cells, with names as keys: DSF times solid angle, or, where the cells' projected solid
-    angles (n,) are given, BSDF times those: better for cells so large that cos theta changes over them.
+    """The values of `evaluated` without budgets."""
+    return evaluated(distribution, projected_sr).values
 
-    rho_measured, tau_measured: over the measured cells of the hemisphere of the incident direction and of the other
-    one. rho_u, tau_u: their standard uncertainty from noise and P_i. rho_filled, tau_filled: what masked directions
-    would add if they held the value of their nearest measured neighbour within FILL_REACH_DEG: a guess, good where the
-    distribution is smooth, and worth nothing where a peak is masked; rho_estimate, tau_estimate: with it.
-    rho_measured_share, tau_measured_share: share of the cosine-weighted hemisphere that measured cells cover.
-    measured_share_*: measured solid angle over 2 pi; measured_cosine_share_*: the same weighted by cos theta, over pi.
-    masked_sr_*: solid angle of the masked points.
+
+def evaluated(
+    distribution: Distribution, projected_sr: FloatArray | None = None, beam: Distribution | None = None
+) -> Results:
+    """Integrals over the points' cells, with names as keys and budgets: of the DSF times solid angle, or, where the
+    cells' projected solid angles (n,) are given, of the BSDF times those: better for cells so large that cos theta
+    changes over them. NAME is rho for the hemisphere of the incident direction, tau for the other one.
+
+    NAME_measured, NAME_u: over the measured cells, 2 V - P1 where the triangles are known (quadrature.py), and its
+    combined standard uncertainty: noise, every effect, P_i, `quadrature`, which is NAME_quadrature, |V - P1|, and
+    `coverage`, what the outermost cells may miss. Its budget stands under NAME. NAME_voronoi: V alone.
+    NAME_filled, NAME_filled_u: what a smooth model adds for masked and uncovered directions (fill.py); the effect
+    `coverage` is the model's own. NAME_estimate, NAME_estimate_u: measured and filled together.
+    NAME_measured_share: share of the cosine-weighted hemisphere that measured cells cover. For SIDE front and back:
+    measured_share_SIDE: measured solid angle over 2 pi; measured_cosine_share_SIDE: the same weighted by cos theta,
+    over pi; masked_sr_SIDE: of masked points; uncovered_sr_SIDE: 2 pi less all cells; unfilled_sr_SIDE: masked or
+    uncovered and without a model, so in no estimate.
+    "cone NAME 7" (cones.py); with the free beam given, regular and diffuse parts (parts.py).
     """
     unit = unit_from_angles_deg(distribution.theta_deg, distribution.phi_deg)
     omega, measured, cosine = distribution.solid_angle_sr, distribution.measured, np.abs(unit[:, 2])
     projected = omega * cosine if projected_sr is None else projected_sr
-    weight = omega if projected_sr is None else projected_sr / np.maximum(cosine, _GRAZING)
     incident_up = distribution.incident_theta_deg <= 90.0
-    same_side = (distribution.theta_deg <= 90.0) == incident_up
-    fill = fill_masked(unit, distribution.dsf_per_sr, measured)
-    result: dict[str, float] = {}
-    for name, of_side, side in (
-        ("rho", "front" if incident_up else "back", same_side),
-        ("tau", "back" if incident_up else "front", ~same_side),
-    ):
+    up = distribution.theta_deg <= 90.0
+    found = Results()
+    sides: dict[bool, Weights] = {}
+    for name, upper in (("rho", incident_up), ("tau", not incident_up)):
+        side, of_side = up == upper, "front" if upper else "back"
         inside, outside = side & measured, side & ~measured
         if not omega[inside].any():
             continue  # nothing of this side was measured: no value, not a zero
-        own, filled = float(distribution.dsf_per_sr[inside] @ weight[inside]), float(fill[outside] @ weight[outside])
-        noise2 = float(distribution.variance_per_sr2[inside] @ weight[inside] ** 2)
+        sides[upper] = weights = side_weights(distribution, unit, side, projected_sr)
+        fill = fill_holes(distribution, unit, side, edges=projected_sr is None)
+        value = integral(distribution, weights)
+        if fill.edge != 0.0:
+            value = value.with_effect("coverage", fill.edge)
+        filled = weighted_sum(distribution, fill.weight)
+        estimate = weighted_sum(distribution, weights.corrected_sr + fill.weight)
+        found.put(f"{name}_measured", value)
+        found.put(f"{name}_filled", filled.with_effect("coverage", fill.u))
+        found.put(
+            f"{name}_estimate",
+            estimate.with_effect("quadrature", value.effects.get("quadrature", 0.0)).with_effect("coverage", fill.u),
+        )
+        # The uncertainty of NAME_measured keeps its short name.
+        if f"{name}_measured_u" in found.values:
+            found.values[f"{name}_u"] = found.values.pop(f"{name}_measured_u")
+            found.budgets[name] = found.budgets.pop(f"{name}_measured")
         share = float(projected[inside].sum()) / np.pi
-        result[f"{name}_estimate"] = own + filled
-        result[f"{name}_measured"] = own
-        result[f"{name}_filled"] = filled
-        result[f"{name}_u"] = float(np.hypot(np.sqrt(noise2), distribution.p_i_u_rel * own))
-        result[f"{name}_measured_share"] = share
-        result[f"measured_share_{of_side}"] = float(omega[inside].sum()) / (2.0 * np.pi)
-        result[f"measured_cosine_share_{of_side}"] = share
-        result[f"masked_sr_{of_side}"] = float(omega[outside].sum())
-    return result
+        found.values |= {
+            f"{name}_voronoi": float(weights.cell_sr[inside] @ distribution.dsf_per_sr[inside]),
+            f"{name}_measured_share": share,
+            f"measured_share_{of_side}": float(omega[inside].sum()) / (2.0 * np.pi),
+            f"measured_cosine_share_{of_side}": share,
+            f"masked_sr_{of_side}": float(omega[outside].sum()),
+            f"uncovered_sr_{of_side}": max(2.0 * np.pi - float(omega[side].sum()), 0.0),
+            f"unfilled_sr_{of_side}": fill.unfilled_sr,
+        }
+        if weights.corrected:
+            found.values[f"{name}_quadrature"] = left_u(distribution, weights)
+    found.add(named_cones(distribution, unit, sides))
+    if beam is not None:
+        found.add(parts(distribution, unit, sides, beam))
+    return found
 
 
 def zero_forty_five(distribution: Distribution) -> float | None:
@@ -64,17 +94,3 @@ def zero_forty_five(distribution: Distribution) -> float | None:
         return None
     cosine = np.cos(np.radians(distribution.theta_deg[near]))
     return float(np.pi * np.mean(distribution.dsf_per_sr[near] / cosine))
-
-
-def fill_masked(unit: FloatArray, dsf_per_sr: FloatArray, measured: NDArray[np.bool_]) -> FloatArray:
-    """DSF (n,) at masked directions from the nearest measured one within FILL_REACH_DEG, 0 where there is none and at
-    measured ones."""
-    filled = np.zeros(len(unit))
-    masked = np.flatnonzero(~measured)
-    if not len(masked) or not measured.any():
-        return filled
-    reach = 2.0 * np.sin(np.radians(0.5 * FILL_REACH_DEG))
-    distance, neighbour = cKDTree(unit[measured]).query(unit[masked], distance_upper_bound=reach)
-    near = np.isfinite(distance)
-    filled[masked[near]] = dsf_per_sr[measured][neighbour[near]]
-    return filled

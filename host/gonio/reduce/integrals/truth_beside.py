@@ -1,5 +1,6 @@
 """truth_beside.py: what the same sums and fits give for a known truth, beside those of the measurement."""
 
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -7,7 +8,9 @@ from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Distribution
 from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
-from gonio.reduce.integrals.peaks import Peak, measure_peak
+from gonio.reduce.integrals.peaks import FIELDS, Peak, evaluated_peak
+from gonio.reduce.integrals.quadrature import side_weights
+from gonio.reduce.integrals.results import weighted_sum
 
 FloatArray = NDArray[np.float64]
 
@@ -28,11 +31,11 @@ def beside(distribution: Distribution, truth: KnownTruth) -> dict[str, float]:
     """The truth's values for one measured distribution, by the names of distribution.integrals with an ending:
 
     rho_truth, tau_truth: of the sample itself, over its whole hemisphere; compare with rho_estimate.
-    rho_truth_measured, tau_truth_measured: sum of the convolved DSF times the cells of exactly the measured, unmasked
+    rho_truth_measured, tau_truth_measured: the same sum over the convolved DSF at exactly the measured, unmasked
     points; compare with rho_measured, tau_measured. A lobe behind the detector's head is missing in both.
     "peak NAME FIELD_truth" for each "peak NAME FIELD" in distribution.integrals, FIELD one of theta_deg, phi_deg,
-    height_per_sr, sigma_deg, integral, ground_per_sr: the fit of the convolved DSF at the same directions with the same
-    cells and masks. What a Gaussian on a plane makes of a lobe that is none is in both, and drops out.
+    height_per_sr, sigma_deg, fwhm_deg, integral, ground_per_sr: the fit of the convolved DSF at the same directions
+    with the same cells and masks. What a Gaussian on a plane makes of a lobe that is none is in both, and drops out.
     "peak NAME direction_error_deg": angle between the fitted direction and that of the truth's fit.
 
     The truth is asked for the incident direction that the axes read (incident_measured_theta_deg and _phi_deg in
@@ -44,16 +47,16 @@ def beside(distribution: Distribution, truth: KnownTruth) -> dict[str, float]:
         found.get("incident_measured_phi_deg", distribution.incident_phi_deg),
     )
     unit = unit_from_angles_deg(distribution.theta_deg, distribution.phi_deg)
-    dsf_per_sr, measured = truth.dsf_per_sr(*incident, unit), distribution.measured
+    known = replace(distribution, dsf_per_sr=truth.dsf_per_sr(*incident, unit), effects={})
     same_side = (distribution.theta_deg <= 90.0) == (distribution.incident_theta_deg <= 90.0)
     result: dict[str, float] = {}
     whole = truth.integrals(*incident)
     for name, side in (("rho", same_side), ("tau", ~same_side)):
-        inside = side & measured
         result[f"{name}_truth"] = whole[name]
-        result[f"{name}_truth_measured"] = float(dsf_per_sr[inside] @ distribution.solid_angle_sr[inside])
+        weights = side_weights(known, unit, side)
+        result[f"{name}_truth_measured"] = weighted_sum(known, weights.corrected_sr).value
     for name, part in peak_points(distribution).items():
-        peak = measure_peak(unit[part], dsf_per_sr[part], measured[part])
+        peak, _ = evaluated_peak(known, part, name, unit)
         if peak is not None:
             result |= _named(name, peak, found)
     return result
@@ -71,7 +74,7 @@ def peak_points(distribution: Distribution) -> dict[str, slice]:
 
 
 def _named(name: str, peak: Peak, found: dict[str, float]) -> dict[str, float]:
-    result = {f"{key}_truth": value for key, value in peak.named(name).items() if not key.endswith("masked_share")}
+    result = {f"peak {name} {field}_truth": float(getattr(peak, field)) for field in FIELDS}
     measured = unit_from_angles_deg(found[f"peak {name} theta_deg"], found[f"peak {name} phi_deg"])
     known = unit_from_angles_deg(peak.theta_deg, peak.phi_deg)
     result[f"peak {name} direction_error_deg"] = float(angle_between_deg(measured, known))

@@ -5,8 +5,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gonio.geometry.kinematics import SOURCE_LAB
 from gonio.units.instrument import Instrument
+
+NAME = "masks"
+WHAT = "points masked where the detector's head shades the source"
 
 
 def shade_angle_deg(instrument: Instrument, beam: dict[str, Any]) -> float:
@@ -22,6 +24,7 @@ def shade_angle_deg(instrument: Instrument, beam: dict[str, Any]) -> float:
     return float(np.degrees(np.arctan2(reach_mm, instrument.arm_radius_mm)))
 
 
-def shadowed(detector_lab: NDArray[np.float64], shade_deg: float) -> NDArray[np.bool_]:
-    """Which detector directions (n, 3), lab frame, are nearer to the source than the shade angle; shape (n,)."""
-    return np.asarray(detector_lab @ SOURCE_LAB > np.cos(np.radians(shade_deg)))
+def shadowed(cosine_from_source: NDArray[np.float64], shade_deg: float) -> NDArray[np.bool_]:
+    """Which detector directions are nearer to the source than the shade angle, by the cosine of the angle between both;
+    arrays (n,)."""
+    return np.asarray(cosine_from_source > np.cos(np.radians(shade_deg)))

@@ -1,0 +1,94 @@
+"""cones.py: biconical integrals: what goes into a cone about a named direction."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gonio.dataset.bsdf import Distribution
+from gonio.dataset.uncertainty import Uncertain
+from gonio.geometry.directions import angle_between_deg, mirror, retro, through, unit_from_angles_deg
+from gonio.reduce.integrals.quadrature import Weights, integral, side_weights
+from gonio.reduce.integrals.results import Results
+
+FloatArray = NDArray[np.float64]
+
+HALF_ANGLE_DEG = 7.0  # paper [1]: +-7 degrees about straight through
+LEAST_SHARE = 0.9  # of the cone, that must be measured for a cone to be written
+_EDGE_CELLS = 1.5  # the edge of a cone is this many cell radii wide, on either side
+_NAMED = {"mirror": mirror, "retro": retro, "through": through}
+
+
+def direction_of(distribution: Distribution, name: str) -> tuple[float, float]:
+    """Direction (theta, phi) in degrees of `mirror`, `retro` or `through`. Raises KeyError."""
+    theta_deg, phi_deg = _NAMED[name](distribution.incident_theta_deg, distribution.incident_phi_deg)
+    return float(theta_deg), float(phi_deg)
+
+
+def cone_share(distribution: Distribution, off_deg: FloatArray, half_angle_deg: float) -> FloatArray:
+    """Share (n,) of each cell that lies within the cone, of points `off_deg` (n,) from its axis.
+
+    A cell at the edge counts by the share of a disc of its area, centred at its point, that a straight edge leaves:
+    the circular segment's area, 1/2 + (asin t + t sqrt(1 - t^2)) / pi with t = distance to the edge / radius.
+    """
+    radius_deg = np.degrees(np.sqrt(np.maximum(distribution.solid_angle_sr, 0.0) / np.pi))
+    t = np.clip((half_angle_deg - off_deg) / np.maximum(radius_deg, 1e-12), -1.0, 1.0)
+    return np.asarray(0.5 + (np.arcsin(t) + t * np.sqrt(1.0 - t * t)) / np.pi)
+
+
+def cone_weights(
+    distribution: Distribution, unit: FloatArray, axis: FloatArray, half_angle_deg: float, side: Weights | None = None
+) -> Weights:
+    """Weights of the points (n,), at `unit` (n, 3), for the integral over a cone about the unit vector `axis` (3,). The
+    cone ends at theta = 90 degrees: it takes from the axis's own hemisphere. `side`: that hemisphere's weights."""
+    of_side = (unit[:, 2] >= 0.0) == (axis[2] >= 0.0)
+    whole = side_weights(distribution, unit, of_side) if side is None else side
+    off_deg = angle_between_deg(unit, axis)
+    share = np.where(of_side, cone_share(distribution, off_deg, half_angle_deg), 0.0)
+    wide_deg = _EDGE_CELLS * np.degrees(np.sqrt(distribution.solid_angle_sr / np.pi))
+    edge = of_side & (np.abs(off_deg - half_angle_deg) <= np.maximum(wide_deg, 0.05 * half_angle_deg))
+    return whole.within(share, edge & distribution.measured)
+
+
+def cone(distribution: Distribution, direction_deg: tuple[float, float], half_angle_deg: float) -> Uncertain:
+    """Integral of the DSF over the measured part of a cone about (theta, phi): biconical reflectance or transmittance
+    for the beam's own cone of incidence. Raises ValueError for half angles outside 0 to 90 degrees."""
+    if not 0.0 < half_angle_deg <= 90.0:
+        raise ValueError(f"a cone's half angle lies between 0 and 90 degrees, not {half_angle_deg:g}")
+    unit = unit_from_angles_deg(distribution.theta_deg, distribution.phi_deg)
+    axis = unit_from_angles_deg(*direction_deg)
+    return integral(distribution, cone_weights(distribution, unit, axis, half_angle_deg))
+
+
+def named_cones(
+    distribution: Distribution, unit: FloatArray, sides: dict[bool, Weights], half_angle_deg: float = HALF_ANGLE_DEG
+) -> Results:
+    """Entries "cone NAME HALF_ANGLE" about mirror, retro and through with their measured share, where at least
+    LEAST_SHARE of the cone is measured. `sides`: weights of both hemispheres by whether z >= 0."""
+    found = Results()
+    for name in _NAMED:
+        axis = unit_from_angles_deg(*direction_of(distribution, name))
+        weights = cone_weights(distribution, unit, axis, half_angle_deg, sides.get(bool(axis[2] >= 0.0)))
+        share = float(weights.cell_sr.sum()) / cone_solid_angle_sr(abs(float(axis[2])), half_angle_deg)
+        if share < LEAST_SHARE:
+            continue
+        key = f"cone {name} {half_angle_deg:g}"
+        found.put(key, integral(distribution, weights))
+        found.values[f"{key}_measured_share"] = min(share, 1.0)
+    return found
+
+
+def cone_solid_angle_sr(axis_cosine: float, half_angle_deg: float) -> float:
+    """Solid angle of the part of a cone that lies on its axis's side of the plane theta = 90 degrees; `axis_cosine` of
+    the axis to the normal, 0 to 1. In closed form over the ring, by Gauss and Legendre over the polar angle."""
+    half = np.radians(half_angle_deg)
+    axis_sine = np.sqrt(max(1.0 - axis_cosine**2, 0.0))
+    full = min(half, np.pi / 2.0 - np.arccos(min(axis_cosine, 1.0)))  # rings within this lie above the plane whole
+    whole = 2.0 * np.pi * (1.0 - np.cos(full))
+    if full >= half:
+        return float(whole)
+    node, weight = np.polynomial.legendre.leggauss(64)
+    # The open arc grows from full like a square root: substituting polar = full + (half - full) s^2 makes it smooth.
+    s = 0.5 * (node + 1.0)
+    polar = full + (half - full) * s**2
+    cut = -np.cos(polar) * axis_cosine / (np.sin(polar) * max(axis_sine, 1e-12))
+    arc = 2.0 * np.arccos(np.clip(cut, -1.0, 1.0))
+    return float(whole + 0.5 * weight @ (arc * np.sin(polar) * 2.0 * (half - full) * s))
