@@ -85,7 +85,8 @@ coverage: setup build/coverage/build.ninja ## line coverage of the firmware core
 	ctest --test-dir build/coverage --output-on-failure -R '^firmware_'
 	$(BIN)/gcovr --root . --filter firmware/core build/coverage
 
-soak: build $(STAMPS)/apt-check $(STAMPS)/apt-hil build/fuzz/build.ninja ## 100 scans in the virtual machine (half an hour), ten minutes of fuzzing per target
+soak: build $(STAMPS)/apt-check $(STAMPS)/apt-hil build/fuzz/build.ninja ## uncertainties of repeated scans, 100 scans in the virtual machine (half an hour), ten minutes of fuzzing per target
+	$(BIN)/python host/tests/uncertainty/soak_whole_chain.py --repeats 12
 	cd hil-tests && ../$(BIN)/pytest soak
 	@ninja -C build/fuzz --quiet fuzzers
 	@$(FUZZ) -max_total_time=600 -- build/fuzz/firmware/fuzz_* host/fuzz/fuzz_*.py

@@ -21,6 +21,8 @@ run $gonio export "$out/bsdf.h5" --format klems-full --fill nearest --assume-fla
 run $gonio validate "$out/bsdf.xml"
 say 'Report, with the truth of the simulated sample beside the measurement'
 run $gonio report "$out/bsdf.h5" --scenario "$scenario" --summary "$out/summary.json" -o "$out/report.html"
+say 'Compare with that truth, at the directions that were measured'
+run $gonio compare "$out/bsdf.h5" "$scenario" -o "$out/compare.html"
 
 say 'Real data: sintered PTFE, measured by NIST'
 run $gonio import "$ptfe" -o "$out/ptfe_points.h5"
@@ -30,4 +32,4 @@ run $gonio export "$out/ptfe.h5" --format klems-full --channel "633 nm" --front 
 run $gonio validate "$out/ptfe.xml"
 run $gonio report "$out/ptfe.h5" -o "$out/ptfe.html"
 
-say "Open $out/report.html and $out/ptfe.html"
+say "Open $out/report.html, $out/compare.html and $out/ptfe.html"

@@ -9,7 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 from typer.exceptions import TyperException
 
-from gonio.cli import compare, device, drives, exchange, merge, reduce, report, scan, simulate
+from gonio.cli import compare, deconvolve, device, drives, exchange, merge, reduce, report, scan, simulate
 from gonio.units.errors import GonioError
 
 INTERNAL_ERROR = 70  # sysexits.h: EX_SOFTWARE
@@ -30,6 +30,7 @@ simulate.register(app)
 reduce.register(app)
 merge.register(app)
 compare.register(app)
+deconvolve.register(app)
 exchange.register(app)
 report.register(app)
 

@@ -129,6 +129,9 @@ class RepeatedScan:
         latch_us = np.stack([drawn(axis.latch_delay_u_us) for axis in axes], axis=1)
         channel_us = [drawn(channel.delay_u_us, 1) for channel in (self.gains.high, self.gains.low)]
         stamp_us = drawn(STAMP_U_US, n)
+        # The arm's readings are whole counts of what may be anywhere within one; the sample's axes stand.
+        count_deg = np.array([0.0, 0.0, *(1.0 / abs(axis.counts_per_deg) for axis in axes[2:])])
+        read_deg = self.flight.q_deg.T + count_deg[:, None] * rng.uniform(-0.5, 0.5, (count, 4, n))
         gain_rel = [drawn(channel.gain_u_rel, 1) for channel in (self.gains.high, self.gains.low)]
         bend = cal.nonlinearity + drawn(cal.nonlinearity_u, 1)
         tilt_x, tilt_y = (np.radians(drawn(cal.tilt_u_deg, 1)) for _ in "xy")
@@ -142,7 +145,7 @@ class RepeatedScan:
         light = []
         for late_us in channel_us:
             time_s = 1e-6 * (latch_us[:, :, None] + (stamp_us - late_us)[:, None, :])
-            q = np.radians(self.flight.q_deg.T + self.flight.rate_deg_per_s.T * time_s) + zero_rad[:, :, None]
+            q = np.radians(read_deg + self.flight.rate_deg_per_s.T * time_s) + zero_rad[:, :, None]
             incident, outgoing = sample_frame(np.moveaxis(q, 1, 0))
             incident, outgoing = tilted(incident, tilt_x, tilt_y), tilted(outgoing, tilt_x, tilt_y)
             towards = self.instrument.arm_radius_mm * outgoing - offset_mm * incident / incident[2]

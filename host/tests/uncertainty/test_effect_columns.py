@@ -129,7 +129,7 @@ def test_signal_columns_are_what_an_error_does(name: str) -> None:
     instrument = replace(instrument, calibration=replace(instrument.calibration, stray_light_u_per_sr=stray_u))
     scan, points, distribution = noise_free(instrument)
     points.dark_u_counts[:] = 40.0
-    nothing = AngleChanges(per_second=np.zeros(len(points.path)))
+    nothing = AngleChanges()
     stated = effect_columns(points, distribution, instrument, BEAM, nothing)[name]
     if name == "stray_light":
         assert stated == pytest.approx(np.full(len(stated), stray_u))
@@ -143,7 +143,7 @@ def test_signal_columns_are_what_an_error_does(name: str) -> None:
 
 def test_gain_ratio_counts_only_where_sample_and_beam_differ() -> None:
     scan, points, distribution = noise_free()
-    nothing = AngleChanges(per_second=np.zeros(len(points.path)))
+    nothing = AngleChanges()
     points.high_weight[:] = 1.0
     all_high = replace(BEAM, level=Level(np.ones(1), BEAM.level.of_full_scale))
     assert "gain_ratio" not in effect_columns(points, distribution, scan.instrument, all_high, nothing)
@@ -186,8 +186,28 @@ def test_stamps_of_the_sync_are_independent_noise() -> None:
         for s in (1.0, -1.0)
     ]
     per_second = (later[0] - later[1]) / (2.0 * step_s)
-    stated = np.sqrt(pose_variance(angles, stamp_u_us=200.0))
+    stated = np.sqrt(pose_variance(angles, stamp_u_us=200.0) - angles.resolution_variance)
     assert stated == pytest.approx(np.abs(per_second) * 2e-4, abs=1e-4 * float(np.abs(per_second).max()) * 2e-4)
+
+
+def test_resolution_of_the_readings_is_independent_noise() -> None:
+    """Readings rounded to whole counts, against those that were not, at many places of the arm within a few counts:
+    the scatter of the DSF is the stated one. The sample's axes stand: their rounding is no noise."""
+    axes = tuple(replace(axis, counts_per_deg_ratio=axis.counts_per_deg_ratio / 4) for axis in load_instrument(None).axes)
+    scan, points, distribution = noise_free(replace(load_instrument(None), axes=axes))
+    angles = angle_changes(points, distribution, scan.instrument, exact_slope(scan))
+    rng = np.random.default_rng(9)
+    counts_per_deg = np.array([axis.counts_per_deg for axis in axes])
+    square = np.zeros(len(scan.unit))
+    for _ in range(200):
+        arm_deg = scan.flight.q_deg + np.array([0.0, 0.0, 0.01, 0.01]) * rng.uniform(size=scan.flight.q_deg.shape)
+        read_deg = np.rint(arm_deg * counts_per_deg) / counts_per_deg
+        read_deg[:, :2] = arm_deg[:, :2]
+        seen, taken = (LOBE.dsf_per_sr(*sample_frame(np.radians(q).T)) for q in (arm_deg, read_deg))
+        square += (taken - seen) ** 2 / 200
+    stated = pose_variance(angles, stamp_u_us=0.0)
+    steep = near_mirror(scan) & (stated > 0.1 * stated.max())
+    assert np.mean(square[steep] / stated[steep]) == pytest.approx(1.0, abs=0.02)
 
 
 def test_level_of_the_reference_beam() -> None:

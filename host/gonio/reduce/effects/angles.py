@@ -23,15 +23,17 @@ _NOISE_SHARE = 0.05
 _SIGNIFICANT = 9.2  # |gradient|^2 over its noise variance: chi square of two components, 1 %
 # (1/2) f'' e^2 has the rms sqrt(3)/2 |f''| u^2 for e ~ N(0, u), its mean included.
 _SECOND = np.sqrt(0.75)
+_STANDS_COUNTS = 3.0  # an axis whose readings stay within so many counts stands
 
 
 @dataclass
 class AngleChanges:
-    """Columns (n,) [1/sr per standard deviation], and how fast the DSF changes along the path (n,) [1/sr per s]. NaN
-    where masked."""
+    """Columns (n,) [1/sr per standard deviation]; how fast the DSF changes along the path (n,) [1/sr per s]; its
+    variance (n,) [1/sr^2] from the readings' resolution. NaN where masked."""
 
     columns: dict[str, FloatArray] = field(default_factory=dict)
     per_second: FloatArray = field(default_factory=lambda: np.zeros(0))
+    resolution_variance: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 def angle_changes(points: Points, distribution: Distribution, instrument: Instrument, slope: Slope) -> AngleChanges:
@@ -43,25 +45,39 @@ def angle_changes(points: Points, distribution: Distribution, instrument: Instru
     (only one direction counts); the latter is stated. It is linear in H, so a peak that only moves keeps its integral.
     """
     n = len(points.path)
-    changes = AngleChanges(per_second=np.zeros(n))
+    changes = AngleChanges(per_second=np.zeros(n), resolution_variance=np.zeros(n))
     effects = _AngleEffects(distribution, points.unit, instrument)
     for path in np.unique(points.path[points.path >= 0]):
         index = np.flatnonzero(points.path == path)
         turns = Turns(instrument.axes, points.q_deg[index].mean(axis=0))
+        resolution_u_rad = resolution_u_of_moving_rad(points.q_deg[index], instrument)
         for begin in range(0, len(index), _CHUNK):
             part = index[begin : begin + _CHUNK]
             # A slice costs no copy, and a path flown in one piece is one.
             own: Any = slice(part[0], part[-1] + 1) if part[-1] - part[0] + 1 == len(part) else part
             chunk = _Chunk.of(points, distribution, slope, own)
-            for name, values in effects.columns(chunk, turns).items():
+            for name, values in effects.columns(chunk, turns, resolution_u_rad).items():
                 if name not in changes.columns:
                     changes.columns[name] = np.zeros(n)
                 changes.columns[name][own] = values
             changes.per_second[own] = chunk.per_second
+            changes.resolution_variance[own] = chunk.resolution_variance
     masked = np.flatnonzero(np.isnan(distribution.dsf_per_sr))
-    for column in (*changes.columns.values(), changes.per_second):
+    for column in (*changes.columns.values(), changes.per_second, changes.resolution_variance):
         column[masked] = np.nan
     return changes
+
+
+def resolution_u_of_moving_rad(q_deg: FloatArray, instrument: Instrument) -> FloatArray:
+    """Standard uncertainty (axes,) of a single reading from the encoders' resolution, of a path's readings (n, axes):
+    one count's rectangular distribution (GUM 4.3.7). What an axis that stands errs by is the same for all, and part of
+    its zero: 0 here.
+
+    The cubic through four readings would leave 0.7 to 1 of the variance, by how far the axis goes from SYNC to SYNC.
+    """
+    count_deg = np.array([1.0 / abs(axis.counts_per_deg) for axis in instrument.axes])
+    moves = np.ptp(q_deg, axis=0) > _STANDS_COUNTS * count_deg
+    return np.asarray(np.where(moves, np.radians(count_deg) / np.sqrt(12.0), 0.0))
 
 
 @dataclass
@@ -78,6 +94,7 @@ class _Chunk:
     gradient_variance: FloatArray
     hessian: FloatArray
     per_second: FloatArray = field(default_factory=lambda: np.zeros(0))
+    resolution_variance: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
     def of(cls, points: Points, distribution: Distribution, slope: Slope, own: Any) -> "_Chunk":
@@ -108,8 +125,8 @@ class _AngleEffects:
         self.followed = Followed.of(*incident_deg, retro)
         self.spot_u_mm = spot_per_offset(*incident_deg) * calibration.sample_offset_u_mm
 
-    def columns(self, chunk: _Chunk, turns: Turns) -> dict[str, FloatArray]:
-        """Columns (n,) by name; leaves the change per second in the chunk."""
+    def columns(self, chunk: _Chunk, turns: Turns, resolution_u_rad: FloatArray) -> dict[str, FloatArray]:
+        """Columns (n,) by name; leaves the change per second and the variance of the readings in the chunk."""
         axes, radius_mm = self.instrument.axes, self.instrument.arm_radius_mm
         share = self.followed.share(chunk.unit)
         moved = {}
@@ -130,6 +147,9 @@ class _AngleEffects:
         found |= {name: self.tilt_u_rad * _dot(gradient, d) for name, d in tilted.items()}
         found["sample_offset"] = chunk.dsf * nearer_rel(chunk.unit, self.spot_u_mm, radius_mm) + _dot(gradient, off)
         found |= second_order(chunk.hessian, of_axes, of_mount)
+        chunk.resolution_variance = np.asarray(
+            np.sum([(u * change) ** 2 for u, change in zip(resolution_u_rad, per_rad.values(), strict=True)], axis=0)
+        )
         return found | self._pose_time(chunk, per_rad.values())
 
     def _pose_time(self, chunk: _Chunk, per_rad: Any) -> dict[str, FloatArray]:

@@ -57,9 +57,10 @@ def effect_columns(
 
 
 def pose_variance(angles: AngleChanges, stamp_u_us: float) -> FloatArray:
-    """Variance (n,) [1/sr^2] of the DSF from the SYNC's time stamps, each with the standard uncertainty `stamp_u_us`:
-    independent from SYNC to SYNC, common to all axes, so part of the independent variance."""
-    return np.asarray((1e-6 * stamp_u_us * angles.per_second) ** 2)
+    """Variance (n,) [1/sr^2] of the DSF that changes from SYNC to SYNC, so is part of the independent variance: of the
+    SYNC's time stamps, each with the standard uncertainty `stamp_u_us` and common to all axes, and of the readings'
+    resolution."""
+    return np.asarray((1e-6 * stamp_u_us * angles.per_second) ** 2 + angles.resolution_variance)
 
 
 def _showing(columns: dict[str, FloatArray], distribution: Distribution, scale_u_rel: float) -> dict[str, FloatArray]:
