@@ -29,7 +29,7 @@ Locator::Locator(std::span<const Vec> unit, std::span<const double> reach, bool 
     std::mutex guard;
     for_each_part(unit, cut_at_horizon, [&](Part_of_sphere &&sphere) {
         Part part;
-        part.reach = reach_of(sphere, reach);
+        part.reach = reach_of(sphere, {reach, {}});
         if (sphere.hull) {
             part.outwards = 0;
             while (!looks_outwards(*sphere.hull, part.outwards)) {

@@ -75,9 +75,16 @@ template <typename T> Table<T> table(std::vector<T> held, std::size_t width) {
     return Table<T>(data, {size, width}, owner);
 }
 
-auto cells(const Vectors_in &unit, const Column_in &reach, bool cut_at_horizon) {
+Reach reach_in(const Column_in &reach, const Flags_in &shared, std::size_t size) {
+    if (shared.shape(0) != size && shared.shape(0) != 0) {
+        throw std::invalid_argument("one flag per direction, or none, is needed");
+    }
+    return {values(reach, size), {shared.data(), shared.shape(0)}};
+}
+
+auto cells(const Vectors_in &unit, const Column_in &reach, const Flags_in &shared, bool cut_at_horizon) {
     const auto points = vectors(unit);
-    const auto limits = values(reach, points.size());
+    const Reach limits = reach_in(reach, shared, points.size());
     Cells found;
     {
         const nb::gil_scoped_release released;
@@ -103,7 +110,7 @@ auto edges(const Vectors_in &unit) {
 }
 
 auto distances(const Vectors_in &unit, const Vectors_in &ahead, const Column_in &length, const Numbers_in &path,
-               const std::array<double, 5> &rules) {
+               const std::array<double, 4> &rules) {
     const auto points = vectors(unit);
     if (ahead.shape(0) != points.size() || path.shape(0) != points.size()) {
         throw std::invalid_argument("one tangent and one path per direction is needed");
@@ -112,18 +119,21 @@ auto distances(const Vectors_in &unit, const Vectors_in &ahead, const Column_in 
     std::vector<double> found;
     {
         const nb::gil_scoped_release released;
-        found = track_distances(track, {rules[0], rules[1], rules[2], rules[3], rules[4]});
+        found.reserve(3 * points.size());
+        for (const Beside &one : track_distances(track, {rules[0], rules[1], rules[2], rules[3]})) {
+            found.insert(found.end(), {one.near, one.far, one.way});
+        }
     }
-    return column(std::move(found));
+    return table(std::move(found), 3);
 }
 
-auto coarsest(const Vectors_in &unit, const Column_in &pitch, double factor) {
+auto reach_shared(const Vectors_in &unit, const Column_in &reach, const Flags_in &shared) {
     const auto points = vectors(unit);
-    const auto own = values(pitch, points.size());
+    const Reach own = reach_in(reach, shared, points.size());
     std::vector<double> found;
     {
         const nb::gil_scoped_release released;
-        found = coarsest_pitch(points, own, factor);
+        found = shared_reach(points, own);
     }
     return column(std::move(found));
 }
@@ -193,10 +203,10 @@ auto located(const Locator &self, const Vectors_in &directions) {
 } // namespace gonio::sphere
 
 NB_MODULE(_sphere, m) {
-    m.def("cells", &gonio::sphere::cells, "unit"_a, "reach"_a, "cut_at_horizon"_a);
+    m.def("cells", &gonio::sphere::cells, "unit"_a, "reach"_a, "shared"_a, "cut_at_horizon"_a);
     m.def("edges", &gonio::sphere::edges, "unit"_a);
     m.def("track_distances", &gonio::sphere::distances, "unit"_a, "ahead"_a, "length"_a, "path"_a, "rules"_a);
-    m.def("coarsest_pitch", &gonio::sphere::coarsest, "unit"_a, "pitch"_a, "factor"_a);
+    m.def("shared_reach", &gonio::sphere::reach_shared, "unit"_a, "reach"_a, "shared"_a);
     m.def("local_fit", &gonio::sphere::fits, "unit"_a, "values"_a, "variance"_a, "used"_a, "radius"_a);
     nb::class_<gonio::sphere::Locator>(m, "Locator")
         .def(nb::new_(&gonio::sphere::locator), "unit"_a, "reach"_a, "cut_at_horizon"_a)

@@ -152,16 +152,18 @@ void for_each_part(std::span<const Vec> unit, bool cut_at_horizon, const std::fu
     }
 }
 
-std::vector<double> reach_of(const Part_of_sphere &part, std::span<const double> reach) {
-    std::vector<double> result(part.points.size(), 0.0);
-    for (std::size_t i = 0; i < result.size(); ++i) {
-        double &widest = result[part.stands_for[i]];
-        widest = std::max(widest, reach[part.number[i]]);
-    }
+std::vector<double> shared_reach(std::span<const Vec> unit, const Reach &reach) {
+    std::vector<double> result(unit.size());
+    for_each_part(unit, true, [&](const Part_of_sphere &part) {
+        const std::vector<double> found = reach_of(part, reach);
+        for (Index i = 0; i < part.real; ++i) {
+            result[part.number[i]] = found[part.stands_for[i]];
+        }
+    });
     return result;
 }
 
-Cells cells_of_points(std::span<const Vec> unit, std::span<const double> reach, bool cut_at_horizon) {
+Cells cells_of_points(std::span<const Vec> unit, const Reach &reach, bool cut_at_horizon) {
     const std::size_t n = unit.size();
     Cells all{std::vector<double>(n), std::vector<double>(n), std::vector<Vec>(n)};
     for_each_part(unit, cut_at_horizon, [&](Part_of_sphere &&part) {

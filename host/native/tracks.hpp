@@ -15,7 +15,6 @@ struct Track_rules {
     double abeam;
     double parallel;
     double same_track_rad;
-    double one_sided;
 };
 
 // Where the points in the order flown are, and which way they move.
@@ -26,11 +25,13 @@ struct Track {
     std::span<const std::int64_t> path; // its number
 };
 
-// Distance of each point's track to the next one, in rad; infinite where there is none.
-std::vector<double> track_distances(const Track &track, const Track_rules &rules);
+// What lies beside a point's track; infinite where nothing does.
+struct Beside {
+    double near; // distance of the nearer of the tracks at both sides, in rad
+    double far;
+    double way; // along the path to the nearer; infinite to another path
+};
 
-// The largest of a point's pitch and those of its neighbours in the triangulation of its hemisphere that are no farther
-// than `factor` times their pitch.
-std::vector<double> coarsest_pitch(std::span<const Vec> unit, std::span<const double> pitch, double factor);
+std::vector<Beside> track_distances(const Track &track, const Track_rules &rules);
 
 } // namespace gonio::sphere

@@ -1,7 +1,12 @@
 """entry.py: where `gonio` begins: Ctrl-C while Python still imports ends the program, without a traceback."""
 
+import os
 import signal
 from typing import NoReturn
+
+# numpy's linear algebra would start a thread per processor, which wait for work by spinning: matrices here are narrow,
+# and what takes time has threads of its own. To be set before numpy is loaded.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def main() -> NoReturn:

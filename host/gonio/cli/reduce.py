@@ -54,7 +54,7 @@ def reduce(
 
     A scan that was resumed has several raw logs: name all of them in order, or the first one alone.
     """
-    from gonio.dataset.nexus import read_dataset, write_dataset
+    from gonio.dataset.nexus import PointPacker, begin_points, read_dataset, write_dataset
     from gonio.rawlog.segments import SUFFIX
     from gonio.reduce.imported import reduce_dataset
     from gonio.reduce.options import ReduceOptions
@@ -65,19 +65,30 @@ def reduce(
     check_inputs(*inputs)
     check_outputs(output, inputs=inputs)
     text = "" if calibration is None else calibration.read_text(encoding="utf-8", errors="replace")
+    if calibration is not None and not text.strip():
+        raise UsageError(f"{calibration}: is empty: it must hold a table [calibration]")
     options = ReduceOptions(
-        without=tuple(without or ()), reach_factor=reach, calibration_text=text, p_i=p_i, p_i_u=p_i_u
+        without=tuple(without or ()),
+        reach_factor=reach,
+        calibration_text=text,
+        calibration_name=str(calibration or "--calibration"),
+        p_i=p_i,
+        p_i_u=p_i_u,
     )
     if all(file.suffix == SUFFIX for file in files):
-        dataset = reduce_rawlog(_read(files), options, None if beam is None else _other_beam(beam))
-    elif len(files) != 1:
+        with PointPacker() as packer:
+            other = None if beam is None else _other_beam(beam)
+            dataset = reduce_rawlog(_read(files), options, other, lambda found: begin_points(found, packer))
+            write_dataset(dataset, output, packer)
+        typer.echo(output)
+        return
+    if len(files) != 1:
         raise UsageError("reduce takes the raw logs of one scan, or one dataset of imported points")
-    elif without or text or p_i is not None or beam is not None:
+    if without or text or p_i is not None or beam is not None:
         raise UsageError(
             f"{files[0]}: of the options only --reach works on imported points; P_i is given to gonio import"
         )
-    else:
-        dataset = reduce_dataset(read_dataset(files[0]), options.reach_factor)
+    dataset = reduce_dataset(read_dataset(files[0]), options.reach_factor)
     write_dataset(dataset, output)
     typer.echo(output)
 

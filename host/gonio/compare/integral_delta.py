@@ -18,7 +18,9 @@ from gonio.geometry.directions import angle_between_deg, mirror, retro, through,
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_STORED = re.compile(r"(rho|tau)_(measured|estimate|counted|voronoi|direct|diffuse)|openness|haze|cone .+(?<!_u)")
+_STORED = re.compile(
+    r"(rho|tau)_(measured|estimate|counted|voronoi|direct|diffuse)|openness|haze|cone .+(?<!_u)(?<!_measured_share)"
+)
 # Effects that scale all of a dataset: their contributions to two integrals of one instrument have one sign.
 _SCALES = frozenset({"distance", "aperture"})
 assert EFFECTS.keys() >= _SCALES

@@ -9,21 +9,34 @@ from typing import Any, TypeVar
 import h5py
 
 from gonio.dataset.bsdf import Dataset
-from gonio.dataset.nexus_entry import SAMPLE_FIELDS, add_group, read_entry, read_text, write_entry, write_sample
-from gonio.dataset.nexus_points import PointWriter
+from gonio.dataset.nexus_entry import (
+    SAMPLE_FIELDS,
+    add_group,
+    begin_points,
+    read_entry,
+    read_text,
+    write_entry,
+    write_sample,
+)
+from gonio.dataset.nexus_points import PointPacker, PointWriter
 from gonio.units.errors import UsageError
 
+__all__ = ["FORMAT", "PointPacker", "begin_points", "read_dataset", "read_provenance", "write_dataset"]
 FORMAT = 2
 _READABLE = (1, 2)
 _T = TypeVar("_T")
 
 
-def write_dataset(dataset: Dataset, path: Path) -> None:
-    """Write `dataset` to `path`: beside it first, then in its place. Raises UsageError if the folder takes no file and
-    ValueError if the arrays of a distribution differ in shape."""
+def write_dataset(dataset: Dataset, path: Path, packer: PointPacker | None = None) -> None:
+    """Write `dataset` to `path`: beside it first, then in its place. `packer`: see begin_points. Raises UsageError if
+    the folder takes no file and ValueError if the arrays of a distribution differ in shape."""
+    if packer is None:
+        with PointPacker() as own:
+            write_dataset(dataset, path, own)
+        return
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with h5py.File(beside, "w") as file, PointWriter() as writer:
+        with h5py.File(beside, "w") as file, PointWriter(packer) as writer:
             _write_root(file, dataset, writer)
         with beside.open("rb") as written:
             os.fsync(written.fileno())

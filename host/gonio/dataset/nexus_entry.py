@@ -4,11 +4,12 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.dataset.effects import effect_of
 from gonio.dataset.nexus_axes import write_axes
-from gonio.dataset.nexus_points import PointWriter
+from gonio.dataset.nexus_points import PointPacker, PointWriter
 
 # Field of Distribution: (name in NXdata, units, stored type); "signal" stands for the unit of the signal.
 POINT_FIELDS = {
@@ -63,6 +64,18 @@ def write_sample(entry: h5py.Group, dataset: Dataset) -> h5py.Group:
     return sample
 
 
+def begin_points(distribution: Distribution, packer: PointPacker) -> None:
+    """Begin to pack the columns of a distribution whose points do not change any more; write_dataset with the same
+    packer will find them ready."""
+    for field, (_, _, kind) in (POINT_FIELDS | OPTIONAL_FIELDS).items():
+        values = np.asarray(getattr(distribution, field))
+        if values.dtype == kind:
+            packer.begin(values)
+    packer.begin(distribution.variance_per_sr2, np.sqrt)
+    for values in distribution.effects.values():
+        packer.begin(values, three_digits)
+
+
 def write_entry(
     file: h5py.File, name: str, distribution: Distribution, dataset: Dataset | None, writer: PointWriter
 ) -> None:
@@ -102,7 +115,7 @@ def _write_points(entry: h5py.Group, distribution: Distribution, writer: PointWr
             raise ValueError(f"{field} has shape {values.shape}, theta_deg has ({points},)")
         column = values.astype(kind, copy=False)
         writer.add(data, stored, column, units if units != "signal" else distribution.signal_unit)
-    writer.add(data, "dsf_errors", np.sqrt(distribution.variance_per_sr2), "1/sr")
+    writer.add(data, "dsf_errors", distribution.variance_per_sr2, "1/sr", np.sqrt)
     data["flags"].attrs["bits"] = [f"{flag.value} {flag.name}" for flag in PointFlag]
     if distribution.paths:
         _write_texts(data, "paths", list(distribution.paths))
@@ -110,7 +123,8 @@ def _write_points(entry: h5py.Group, distribution: Distribution, writer: PointWr
 
 
 def _write_effects(entry: h5py.Group, distribution: Distribution, writer: PointWriter) -> None:
-    """Single precision: an uncertainty has no seventh digit."""
+    """Single precision, three digits of it: an effect is known to two at best, and the bytes of the rest, which are
+    zero then, take no room."""
     if not distribution.effects:
         return
     effects = add_group(entry, "effects", "NXcollection")
@@ -118,12 +132,18 @@ def _write_effects(entry: h5py.Group, distribution: Distribution, writer: PointW
     for number, (key, values) in enumerate(distribution.effects.items()):
         if values.shape != distribution.theta_deg.shape:
             raise ValueError(f"effect {key!r} has shape {values.shape}, theta_deg has {distribution.theta_deg.shape}")
-        column = writer.add(effects, f"effect_{number:03d}", values.astype("f4"), "1/sr")
+        column = writer.add(effects, f"effect_{number:03d}", values, "1/sr", three_digits)
         column.attrs["key"] = key
         try:
             column.attrs["long_name"] = effect_of(key).words
         except KeyError:  # of a later version
             continue
+
+
+def three_digits(values: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Values (n,) in single precision, rounded to the first 10 of its 23 bits after the point: within 5e-4 of each."""
+    bits = values.astype(np.float32).view(np.uint32)
+    return ((bits + np.uint32(1 << 12)) & np.uint32(0xFFFFE000)).view(np.float32)
 
 
 def _write_integrals(entry: h5py.Group, distribution: Distribution) -> None:

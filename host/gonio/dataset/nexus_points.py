@@ -1,8 +1,8 @@
 """nexus_points.py: columns of many points in HDF5, in chunks packed here by two threads, as any HDF5 library reads."""
 
 import zlib
-from collections.abc import Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import h5py
@@ -12,45 +12,87 @@ from numpy.typing import NDArray
 # Below this many points compression and its chunk index cost more than they save.
 _COMPRESS_FROM = 2048
 _CHUNK = 1 << 16  # elements at most
+_AHEAD = 1 << 28  # bytes of columns that are packed before they are wanted: memory is finite
 _WORKERS = 2  # zlib and the byte shuffle run outside Python's lock
 _PROBE = 4096  # bytes
 _WORTH = 0.9  # of the probe's size: a byte plane that shrinks less is stored as it is
 _ZLIB_HEADER = b"\x78\x01"  # deflate, window of 32 KiB, fastest
 
 
+Stored = Callable[[NDArray[Any]], NDArray[Any]]
+
+
+def unchanged(values: NDArray[Any]) -> NDArray[Any]:
+    """A column as it is."""
+    return values
+
+
+class PointPacker:
+    """Packs columns in threads, also before there is a file for them. Use as a context manager."""
+
+    def __init__(self) -> None:
+        self._workers = ThreadPoolExecutor(_WORKERS)
+        self._begun: dict[tuple[int, Stored], tuple[NDArray[Any], Iterator[bytes]]] = {}
+        self._room = _AHEAD
+
+    def __enter__(self) -> "PointPacker":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._workers.shutdown(cancel_futures=True)
+
+    def begin(self, values: NDArray[Any], stored: Stored = unchanged) -> None:
+        """Pack a column (n,) that will not change any more; without effect once there is no room for more."""
+        if len(values) >= _COMPRESS_FROM and values.nbytes <= self._room:
+            self._room -= values.nbytes
+            self._begun[id(values), stored] = values, self._packed(values, stored)
+
+    def packed(self, values: NDArray[Any], stored: Stored) -> Iterator[bytes]:
+        """The chunks of a column, whether begun before or not."""
+        begun = self._begun.pop((id(values), stored), None)
+        return self._packed(values, stored) if begun is None else begun[1]
+
+    def _packed(self, values: NDArray[Any], stored: Stored) -> Iterator[bytes]:
+        # Executor.map submits at once; the results are taken when their turn has come.
+        size = _chunk_of(len(values))
+        starts = range(0, len(values), size)
+        return iter(self._workers.map(lambda begin: packed(stored(values[begin : begin + size]), size), starts))
+
+
 class PointWriter:
     """Writes columns; compression of one overlaps with that of the next. Use as a context manager: what is left is
     written at its end."""
 
-    def __init__(self) -> None:
-        self._workers = ThreadPoolExecutor(_WORKERS)
+    def __init__(self, packer: PointPacker) -> None:
+        self._packer = packer
         self._waiting: list[tuple[h5py.Dataset, Iterator[bytes]]] = []
 
     def __enter__(self) -> "PointWriter":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        with self._workers:
-            if kind is None:
-                self._finish(keep=0)
+        if kind is None:
+            self._finish(keep=0)
 
-    def add(self, group: h5py.Group, name: str, values: NDArray[Any], units: str = "") -> h5py.Dataset:
-        """A column (n,) as `group`/`name`, in the type of `values`. Large ones are shuffled and deflated; deflate's own
-        checksum guards them. They are in the file once the writer is closed."""
+    def add(
+        self, group: h5py.Group, name: str, values: NDArray[Any], units: str = "", stored: Stored = unchanged
+    ) -> h5py.Dataset:
+        """A column (n,) as `group`/`name`, as `stored` makes it of parts of `values`. Large ones are shuffled and
+        deflated; deflate's own checksum guards them. They are in the file once the writer is closed."""
         if len(values) < _COMPRESS_FROM:
-            column = group.create_dataset(name, data=values)
+            column = group.create_dataset(name, data=stored(values))
         else:
             column = group.create_dataset(
                 name,
                 values.shape,
-                values.dtype,
-                chunks=(-(-len(values) // -(-len(values) // _CHUNK)),),  # equal ones: little is padded
+                stored(values[:1]).dtype,
+                chunks=(_chunk_of(len(values)),),
                 compression="gzip",
                 compression_opts=1,
                 shuffle=True,
             )
             self._finish(keep=1)
-            self._waiting.append((column, _packed_chunks(self._workers, values, column.chunks[0])))
+            self._waiting.append((column, self._packer.packed(values, stored)))
         if units:
             column.attrs["units"] = units
         return column
@@ -62,9 +104,9 @@ class PointWriter:
                 column.id.write_direct_chunk((number * column.chunks[0],), chunk)
 
 
-def _packed_chunks(workers: Executor, values: NDArray[Any], size: int) -> Iterator[bytes]:
-    # Executor.map submits at once; the results are taken when their turn has come.
-    return iter(workers.map(lambda begin: packed(values[begin : begin + size], size), range(0, len(values), size)))
+def _chunk_of(points: int) -> int:
+    """Elements per chunk: equal ones, so that little is padded."""
+    return -(-points // -(-points // _CHUNK))
 
 
 def packed(values: NDArray[Any], size: int) -> bytes:

@@ -18,6 +18,8 @@ def point_format(path: Path) -> PointFormat:
             beginning = file.read(_BEGINNING)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read, {error.strerror}: check name and rights") from error
+    if not beginning.strip():
+        raise UsageError(f"{path}: is empty: name a file with points")
     if pab.looks_like_pab(beginning):
         return "pab"
     if csv_read.looks_like_points(beginning):

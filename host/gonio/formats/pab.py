@@ -59,6 +59,8 @@ class PabFile:
     ours: dict[str, str]  # what our own writer said
     header: list[str]  # lines that are not known, without line ends
     stated_points: int | None  # as the header counts them
+    ended: bool  # the last row has its line end
+    beyond: int  # rows with theta over 180, of a scan round the full circle
 
 
 def looks_like_pab(content: bytes) -> bool:
@@ -75,6 +77,7 @@ def read_file(path: Path) -> PabFile:
     """Reads one file. Raises UsageError, one line, for what is missing, contradictory or no number."""
     content = read_limited(path, MAX_BYTES)
     name = path.name
+    _check_text(content, name)
     known: dict[str, str] = {}
     header: list[str] = []
     rows: list[str] = []
@@ -122,7 +125,20 @@ def read_file(path: Path) -> PabFile:
         ours={key: known[key] for key in OURS if key in known},
         header=header,
         stated_points=_count(known.get("datapoints_in_file"), name),
+        ended=content.endswith((b"\n", b"\r")),
+        beyond=int(np.count_nonzero(np.abs(table[:, 0]) > 180.0)),
     )
+
+
+def _check_text(content: bytes, name: str) -> None:
+    """UsageError for what is no such file at all, so that nobody goes looking for its header."""
+    if not content.strip():
+        raise UsageError(f"{name}: is empty: name a file with points")
+    if b"\0" in content:
+        raise UsageError(f"{name}: is no text file: pab text has # lines, then rows of theta, phi and value")
+    first = content.removeprefix(b"\xef\xbb\xbf").lstrip().splitlines()[0]
+    if not first.startswith(b"#") and first.translate(None, _OF_NUMBERS):
+        raise UsageError(f"{name}: is no pab text: it begins neither with a # line nor with theta, phi and value")
 
 
 def _once(known: dict[str, str], key: str, text: str, name: str, number: int) -> str:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag, Polarisation, Side, Symmetry
 from gonio.formats.free_beam import FreeBeam, free_beam
 from gonio.formats.pab import PabFile, read_file
-from gonio.formats.text_numbers import exact_deg, fold_deg, rounding_variance
+from gonio.formats.text_numbers import cosine, exact_deg, fold_deg, rounding_variance
 from gonio.units.errors import UsageError
 
 FloatArray = NDArray[np.float64]
@@ -62,12 +62,28 @@ def read(paths: Sequence[Path], *, p_i: float | None = None, beam: Path | None =
 def remarks(dataset: Dataset) -> list[str]:
     """What the user should know about a dataset just read: one sentence each."""
     lines = []
+    if len(dataset.provenance["imported"]["files"]) > 1:
+        lines += [
+            f"incident {d.incident_theta_deg:g}/{d.incident_phi_deg:g}, {d.channel}: {len(d.theta_deg)} points of "
+            f"{', '.join(d.paths)}."
+            for d in dataset.distributions
+        ]
     for file in dataset.provenance["imported"]["files"]:
         if file["stated_points"] not in (None, file["points"]):
             lines.append(f"{file['file']}: says {file['stated_points']} points and holds {file['points']}.")
+        elif not file["ended"]:
+            lines.append(f"{file['file']}: the last line has no end: if the file was cut off, its value is wrong.")
+        if file["beyond"]:
+            lines.append(
+                f"{file['file']}: rows with theta over 180: {file['beyond']}, taken as the other half of a full circle."
+            )
     if any(np.isnan(d.p_i) for d in dataset.distributions):
         unit = dataset.distributions[0].signal_unit
         lines.append(f"the signal (unit {unit}) is not normalised: give --beam or --p-i to get a DSF.")
+        if unit == UNSTATED_UNIT:
+            lines.append(
+                "are the values a DSF or BSDF already? then say so in a line #format: theta phi DSF (or BSDF)."
+            )
     return lines
 
 
@@ -138,9 +154,8 @@ def _distribution(
         np.concatenate([file.theta_deg for file in files]), np.concatenate([file.phi_deg for file in files]), front
     )
     values = np.concatenate([file.values[:, column] for file in files])
-    cosine = np.abs(np.cos(np.radians(theta)))
     is_bsdf = np.concatenate([np.full(len(file.theta_deg), file.quantity not in ("", "DSF")) for file in files])
-    factor = np.where(is_bsdf, cosine, 1.0)
+    factor = np.where(is_bsdf, cosine(theta), 1.0)
     # Rounding is told from the first column's text; the three of a colour are written alike.
     rounding = np.concatenate([rounding_variance(file.value_text) for file in files]) * factor**2
     p_i = scale.p_i if isinstance(scale, FreeBeam) else scale
@@ -199,6 +214,8 @@ def _provenance(files: list[PabFile], front: Side, p_i: float | None, scale: Fre
                 "up_phi_deg": file.up_phi_deg,
                 "points": len(theta),
                 "stated_points": file.stated_points,
+                "ended": file.ended,
+                "beyond": file.beyond,
                 "theta_deg": [float(theta.min()), float(theta.max())],
                 "header": file.header,
             }

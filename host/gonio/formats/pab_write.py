@@ -17,7 +17,7 @@ from gonio.dataset.bsdf import Dataset, Distribution, Side
 from gonio.formats import atomic
 from gonio.formats.pab import BSDF_WORDS, OUR_UP_DEG
 from gonio.formats.pab_dataset import FORMAT, UNSTATED_UNIT, XYZ_CHANNELS
-from gonio.formats.text_numbers import exact_deg, fifteen_digits, fold_deg, shortest
+from gonio.formats.text_numbers import cosine, exact_deg, fifteen_digits, fold_deg, shortest
 from gonio.units.errors import UsageError
 from gonio.units.version import gonio_version
 
@@ -63,6 +63,7 @@ def write(
     named = len({_label(group) for group in chosen}) > 1
     contents: dict[str, bytes] = {}
     singular = masked = 0
+    grazing: list[str] = []
     for group in chosen:
         table = _Table(dataset, group, faces, quantity)
         singular += table.singular
@@ -73,9 +74,11 @@ def write(
             while stem in contents:  # two incident directions that six digits do not tell apart, two channels
                 stem += "_2"
             contents[stem] = table.text(rows).encode("utf-8")
+            if np.all(table.theta_deg[rows] == 90.0):
+                grazing.append(stem)
     if not contents:
         raise UsageError("no point of the dataset holds a value: nothing to write; reduce or import one first")
-    written = PabWritten(remarks=list(_remarks(singular, masked, contents)))
+    written = PabWritten(remarks=_remarks(singular, masked, contents, grazing))
     written.paths = _place(contents, output)
     return written
 
@@ -99,11 +102,11 @@ class _Table:
         self.masked = int(np.count_nonzero(~usable))
         self.singular = 0
         if self.quantity in BSDF_WORDS:
-            cosine = np.abs(np.cos(np.radians(self.theta_deg)))
-            near = usable & (cosine < np.sin(np.radians(HORIZON_DEG)))
+            slant = cosine(self.theta_deg)
+            near = usable & (slant < np.sin(np.radians(HORIZON_DEG)))
             self.singular = int(np.count_nonzero(near))
             usable &= ~near
-            values = [v / np.where(near, 1.0, cosine) for v in values]
+            values = [v / np.where(near, 1.0, slant) for v in values]
         self.values, self.usable = values, usable
 
     def sets(self) -> list[tuple[str, NDArray[np.bool_]]]:
@@ -213,13 +216,18 @@ def _turned(theta_deg: FloatArray, phi_deg: FloatArray, faces: Side) -> tuple[Fl
     return fold_deg(theta_deg, phi_deg)
 
 
-def _remarks(singular: int, masked: int, contents: dict[str, bytes]) -> list[str]:
+def _remarks(singular: int, masked: int, contents: dict[str, bytes], grazing: list[str]) -> list[str]:
     lines = []
     if masked:
         lines.append(f"{masked} points without a value are left out: pab text cannot hold them.")
     if singular:
         lines.append(
             f"{singular} points within {HORIZON_DEG:g} degrees of grazing are left out: a BSDF is singular there."
+        )
+    if grazing:
+        lines.append(
+            f"{', '.join(grazing)}: holds nothing but points at theta = 90, which Radiance counts as behind: not for "
+            "pabopto2bsdf."
         )
     kinds: dict[str, int] = defaultdict(int)
     for stem in contents:

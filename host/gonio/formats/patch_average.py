@@ -2,7 +2,7 @@
 
 A patch value is N / D with N = integral of DSF and D = integral of |cos theta| over the measured part of the patch.
 Both are kept on a fine grid (ring, azimuth bin), so that a rotation is a shift. Points in small cells (a dense scan of
-a peak) enter N whole, with their own solid angle: their energy is exact. Large cells that may cross a patch's border
+a peak) enter N whole, with their own solid angle: their energy is exact. Long cells that may cross a patch's border
 are divided: a grid of directions takes the nearest point's value. D is counted on the grid.
 
 N is linear in the points' DSF. So the change of a patch by a systematic effect is N of the effect's column over D, and
@@ -163,17 +163,17 @@ def hemisphere_profile(
     grid_units, grid_weight = _grid(basis)
 
     # Grid directions: nearest point of all, measured or masked.
-    distance, nearest = cKDTree(units).query(grid_units)
+    tree = cKDTree(units)
+    distance, nearest = tree.query(grid_units)
     reach = min(2.0 * np.quantile(distance, 0.95), 2.0 * np.sin(np.radians(FARTHEST_DEG / 2)))
     covered = measured[nearest] & (distance <= reach)
-    fill_nearest = np.flatnonzero(measured)[cKDTree(units[measured]).query(grid_units)[1]]
-    used = np.where(covered, nearest, fill_nearest)
+    used = nearest.copy()
+    if not covered.all():
+        used[~covered] = np.flatnonzero(measured)[cKDTree(units[measured]).query(grid_units[~covered])[1]]
     factor = _bsdf_factor(cosine, used, grid_units[:, 2], grid_weight)
 
-    extent = np.zeros(len(cosine))
-    np.maximum.at(extent, nearest, distance)
-    small = measured & (cell_sr > 0) & (cell_sr < np.radians(SMALL_CELL_DEG) ** 2)
-    small &= extent < np.radians(SMALL_CELL_DEG)
+    small = measured & (cell_sr > 0.0) & (cell_sr < np.radians(SMALL_CELL_DEG) ** 2)
+    small &= _half_length_rad(tree, units, cell_sr) < np.radians(SMALL_CELL_DEG)
     divided = covered & ~small[nearest]
     share = grid_weight * factor[used]
     place = basis.ring_of(polar[small]) * BINS + np.floor(azimuth[small] * BINS / 360.0).astype(np.int64) % BINS
@@ -207,6 +207,16 @@ def hemisphere_profile(
         np.eye(1, BINS)[0],
         float(polar[measured].max()),
     )
+
+
+def _half_length_rad(tree: cKDTree, units: FloatArray, cell_sr: FloatArray) -> FloatArray:
+    """How far (n,) about cells reach from their points: of samples dense along a track they are strips, as wide as the
+    samples are apart and as long as the tracks are. Judged by the points alone: if grid directions had a say, cells
+    that hold none would pass as small, and their area would count twice."""
+    if len(units) < 2:
+        return np.full(len(units), np.inf)
+    apart = tree.query(units, k=2)[0][:, 1]
+    return np.divide(0.5 * cell_sr, apart, out=np.full(len(units), np.inf), where=apart > 0.0)
 
 
 def _binned(basis: KlemsBasis, share: FloatArray) -> FloatArray:

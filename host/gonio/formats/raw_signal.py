@@ -13,6 +13,6 @@ def refuse_raw(distributions: Iterable[Distribution]) -> None:
     for d in distributions:
         if np.isnan(d.p_i):
             raise UsageError(
-                f"incident {d.incident_theta_deg:g}/{d.incident_phi_deg:g}: the points are a raw signal in"
-                f" {d.signal_unit}, not normalised: import them again with --beam or --p-i, or export --format pab"
+                f"incident {d.incident_theta_deg:g}/{d.incident_phi_deg:g}: the points are a raw signal (unit "
+                f"{d.signal_unit}), not normalised: import them again with --beam or --p-i, or export --format pab"
             )

@@ -40,6 +40,12 @@ def fold_deg(theta_deg: FloatArray, phi_deg: FloatArray) -> tuple[FloatArray, Fl
     return folded, np.where(inside, phi + 0.0, np.where(turned >= 360.0, 0.0, turned))
 
 
+def cosine(theta_deg: FloatArray) -> FloatArray:
+    """|cos theta|, from the angle to the nearer normal: the same float64 before and after a frame is turned about."""
+    theta = np.asarray(theta_deg, dtype=np.float64)
+    return np.asarray(np.cos(np.radians(np.where(theta > 90.0, exact_deg(180.0 - theta), theta))), dtype=np.float64)
+
+
 def shortest(values: FloatArray) -> list[str]:
     """The shortest text that reads back as the same float64: what was read with at most 15 digits keeps them. Whole
     numbers without a decimal point."""

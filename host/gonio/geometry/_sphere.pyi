@@ -3,10 +3,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 def cells(
-    unit: NDArray[np.float64], reach: NDArray[np.float64], cut_at_horizon: bool
+    unit: NDArray[np.float64], reach: NDArray[np.float64], shared: NDArray[np.bool_], cut_at_horizon: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Solid angles (n,), weights of linear interpolation (n,) and first moments (n, 3) of the cells of unit vectors
-    (n, 3) whose points own nothing beyond `reach` (n,) in rad: see cells.Cells."""
+    (n, 3) whose points own nothing beyond `reach` (n,) in rad, which those marked (n,) or (0,) share with each other:
+    see cells.Cells and shared_reach."""
 
 def edges(unit: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Pairs (m, 2) of points that are neighbours in the triangulation of all (n, 3), and for every point (n,) the one
@@ -17,15 +18,19 @@ def track_distances(
     ahead: NDArray[np.float64],
     length: NDArray[np.float64],
     path: NDArray[np.int64],
-    rules: tuple[float, float, float, float, float],
+    rules: tuple[float, float, float, float],
 ) -> NDArray[np.float64]:
-    """Distance (n,) in rad of each point's track to the next track, infinite where there is none. Of unit vectors
-    (n, 3) in the order flown: the tangents of flight (n, 3), the way flown so far in rad (n,), the path's number (n,).
-    Rules: round about, abeam, parallel, same track in rad, one-sided; see pitch.py."""
+    """Of the tracks at both sides of each point's own (n, 3): distance of the nearer and of the farther in rad, and the
+    way along the path to the nearer, infinite where it is another path's; distances are infinite where there is no
+    track. For unit vectors (n, 3) in the order flown: the tangents of flight (n, 3), the way flown so far in rad (n,),
+    the path's number (n,). Rules: round about, abeam, parallel, same track in rad; see pitch.py."""
 
-def coarsest_pitch(unit: NDArray[np.float64], pitch: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
-    """The largest (n,) of a point's pitch and the pitches of those neighbours in the triangulation of its hemisphere
-    that are no farther than `factor` times theirs."""
+def shared_reach(
+    unit: NDArray[np.float64], reach: NDArray[np.float64], shared: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """The `reach` (n,) in rad of unit vectors (n, 3), on each hemisphere shared among the points marked (n,): a point
+    gives its own to neighbours in the triangulation that lie within it; and what one of three points reaches of the
+    place equally far from them, which is where their Voronoi cells meet, all three reach, one after the other."""
 
 def local_fit(
     unit: NDArray[np.float64],

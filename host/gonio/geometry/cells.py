@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from gonio.geometry.backend import sphere
-from gonio.geometry.directions import tangent_frame
 
 FloatArray = NDArray[np.float64]
 
@@ -30,13 +29,19 @@ class Cells:
     moment: FloatArray
 
 
-def cells(unit: ArrayLike, *, reach_rad: ArrayLike | None = None, cut_at_horizon: bool = True) -> Cells:
+def cells(
+    unit: ArrayLike,
+    *,
+    reach_rad: ArrayLike | None = None,
+    shared: ArrayLike | None = None,
+    cut_at_horizon: bool = True,
+) -> Cells:
     """Cells of the unit vectors (n, 3).
 
     No point owns area farther than `reach_rad` (a number or (n,); None: no limit). With `cut_at_horizon` the points of
     each hemisphere (z >= 0 and z < 0) share that hemisphere alone and cells end at theta = 90 degrees. Repeated points
-    share their cell equally. Raises ValueError for vectors that are not of unit length, and for a reach that is not
-    positive.
+    share their cell equally. The points marked `shared` (n,) widen each other's reach as pitch.reach_rad does. Raises
+    ValueError for vectors that are not of unit length, and for a reach that is not positive.
     """
     points = _of_unit_length(unit)
     reach = np.full(len(points), np.pi)
@@ -44,7 +49,8 @@ def cells(unit: ArrayLike, *, reach_rad: ArrayLike | None = None, cut_at_horizon
         reach = np.minimum(np.broadcast_to(np.asarray(reach_rad, dtype=np.float64), reach.shape), np.pi)
         if not np.all(reach > 0.0):
             raise ValueError("a cell's reach must be a positive angle")
-    return Cells(*sphere.cells(points, np.ascontiguousarray(reach), cut_at_horizon))
+    marked = np.zeros(0, dtype=bool) if shared is None else np.ascontiguousarray(shared, dtype=bool)
+    return Cells(*sphere.cells(points, np.ascontiguousarray(reach), marked, cut_at_horizon))
 
 
 def solid_angles_sr(unit: ArrayLike) -> FloatArray:
@@ -90,51 +96,3 @@ def _of_unit_length(unit: ArrayLike) -> FloatArray:
     if not np.allclose(np.einsum("ij,ij->i", points, points), 1.0, atol=1e-9):
         raise ValueError("solid angles need vectors of unit length")
     return points
-
-
-def hemisphere_solid_angles_sr(unit: ArrayLike) -> FloatArray:
-    """As solid_angles_sr for directions that all lie on one side of the sample (theta < 90 or > 90 degrees): cells end
-    at the horizon and add up to 2 pi. The mirror images below the horizon make it the border of every cell."""
-    points = np.atleast_2d(np.asarray(unit, dtype=np.float64))
-    return solid_angles_sr(np.concatenate((points, points * [1.0, 1.0, -1.0])))[: len(points)]
-
-
-def disc_solid_angles_sr(unit: ArrayLike, centre: ArrayLike) -> FloatArray:
-    """As solid_angles_sr for a spiral (n, 3), in the order it was flown, about the unit vector `centre` (3,): guard
-    points one pitch outside the outermost turn keep the border samples from owning the rest of the sphere.
-
-    Where the spiral starts at its centre its first turn is given pi pitch^2 / 12 less than its cells. Elsewhere the sum
-    over the turns is the integral of f r dr, r being the middle of each cell; that much is the end term at r = 0 (Euler
-    and Maclaurin), and to second order all that is wrong with the sum over a peak within the disc.
-    """
-    points = np.asarray(unit, dtype=np.float64)
-    e1, e2, pole = tangent_frame(centre)
-    polar = np.arctan2(np.hypot(points @ e1, points @ e2), points @ pole)
-    azimuth = np.arctan2(points @ e2, points @ e1)
-    pitch = _pitch_rad(polar, azimuth)
-    sector = ((azimuth + np.pi) / (2.0 * np.pi) * 180.0).astype(np.intp) % 180
-    border = np.zeros(180)
-    np.maximum.at(border, sector, polar)
-    outermost = polar > border[sector] - 0.5 * pitch
-    guard_polar, guard_azimuth = polar[outermost] + pitch, azimuth[outermost]
-    ring = np.cos(guard_azimuth)[:, None] * e1 + np.sin(guard_azimuth)[:, None] * e2
-    guards = np.sin(guard_polar)[:, None] * ring + np.cos(guard_polar)[:, None] * pole
-    areas = solid_angles_sr(np.concatenate((points, guards)))[: len(points)]
-    if polar[0] < pitch:
-        first_turn = np.linalg.norm(points - points[0], axis=1) < pitch
-        areas[first_turn] *= 1.0 - np.pi * pitch**2 / 12.0 / areas[first_turn].sum()
-    return areas
-
-
-def spiral_pitch_deg(unit: ArrayLike, centre: ArrayLike) -> float:
-    """Distance of the turns of a spiral (n, 3) about the unit vector `centre` (3,)."""
-    points = np.asarray(unit, dtype=np.float64)
-    e1, e2, pole = tangent_frame(centre)
-    polar = np.arctan2(np.hypot(points @ e1, points @ e2), points @ pole)
-    return float(np.degrees(_pitch_rad(polar, np.arctan2(points @ e2, points @ e1))))
-
-
-def _pitch_rad(polar: FloatArray, azimuth: FloatArray) -> float:
-    away = polar > 0.02 * polar.max()  # nearer to the centre the azimuth jumps about
-    turns = abs(float(np.sum((np.diff(azimuth[away]) + np.pi) % (2.0 * np.pi) - np.pi))) / (2.0 * np.pi)
-    return float((polar[away].max() - polar[away].min()) / max(turns, 1.0))

@@ -173,8 +173,8 @@ def _once(whole: Distribution, session: NDArray[np.int64], order: NDArray[np.int
 
 
 def _covered_by_others(whole: Distribution, session: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Masked points (n,) that lie nearer to a measured one of another session than that one's tracks do to each
-    other."""
+    """Masked points (n,) where another session measured: its nearest point is a measured one, and nearer than its
+    tracks are to each other. Where both have masked a direction, what was measured around it says nothing of it."""
     covered = np.asarray(whole.flags & MASKED != 0)
     if not covered.any():
         return covered
@@ -182,10 +182,12 @@ def _covered_by_others(whole: Distribution, session: NDArray[np.int64]) -> NDArr
     found: NDArray[np.bool_] = np.zeros(len(covered), dtype=bool)
     for number in np.unique(session):
         others = np.flatnonzero(covered & (session != number))
-        own = np.flatnonzero(~covered & (session == number))
-        if not len(others) or not len(own):
+        own = np.flatnonzero(session == number)
+        measured = ~covered[own]
+        if not len(others) or not measured.any():
             continue
-        pitch = path_pitch_rad(unit[own], whole.path[own])
+        pitch = np.zeros(len(own))
+        pitch[measured] = path_pitch_rad(unit[own[measured]], whole.path[own[measured]])
         distance, nearest = cKDTree(unit[own]).query(unit[others])
         found[others[distance < pitch[nearest]]] = True
     return found

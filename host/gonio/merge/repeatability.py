@@ -23,6 +23,8 @@ LEVELS = (*NESTING, "repeat")
 _RESULTS = ("tau_measured", "rho_measured", "tau_direct", "rho_direct", "tau_diffuse", "rho_diffuse")
 _OF_PEAK = ("theta_deg", "height_per_sr", "sigma_deg", "integral")
 _EXPLAINED = 0.05  # probability below which scatter is not explained
+# No run's samples fall where another's do: what lies between and beyond them is each run's own.
+_OF_RUN = ("independent", "quadrature", "coverage")
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,7 @@ def _place(distribution: Distribution) -> tuple[str, float, float]:
 def _names(distribution: Distribution) -> list[str]:
     known = distribution.integrals
     peaks = [name for name in known if name.startswith("peak ") and name.rpartition(" ")[2] in _OF_PEAK]
-    cones = [name for name in known if name.startswith("cone ") and not name.endswith("_u")]
+    cones = [name for name in known if name.startswith("cone ") and not name.endswith(("_u", "_measured_share"))]
     return [*(name for name in _RESULTS if name in known), *cones, *peaks]
 
 
@@ -178,14 +180,15 @@ def _budget(name: str, distribution: Distribution) -> Mapping[str, float]:
 
 def _covariance(budgets: Sequence[Mapping[str, float]], runs: Sequence[Run]) -> FloatArray:
     """Covariance (n, n) of the results' differences: effects of the instrument are common to all and left out, those of
-    a mounting are common to runs of one day and mount, the rest is each run's own."""
+    a mounting are common to runs of one day and mount; noise, quadrature and what a session shares are each run's
+    own."""
     mounts = [run.labels[:2] for run in runs]
     same_mount = np.array([[float(a == b) for b in mounts] for a in mounts])
     found = np.zeros((len(runs), len(runs)))
     for key in dict.fromkeys(key for budget in budgets for key in budget):
         part = np.array([budget.get(key, 0.0) for budget in budgets])
         effect = effect_of(key)
-        if key == "independent" or effect.reach == "session":
+        if key in _OF_RUN or effect.reach == "session":
             found += np.diag(part**2)
         elif effect.reach == "mount":
             found += np.outer(part, part) * same_mount

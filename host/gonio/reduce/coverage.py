@@ -18,15 +18,10 @@ def cells_of_paths(unit: FloatArray, path: NDArray[np.int32], factor: float = RE
     spacing wants, but no farther than the tracks do, and no track reaches farther because of them.
     """
     flown = path >= 0
-    if flown.all():
-        return cells(unit, reach_rad=reach_rad(unit, path, factor))
-    reach = np.empty(len(unit))
-    most = np.pi
+    reach = np.minimum(factor * path_pitch_rad(unit, path), np.pi)
     if flown.any():
-        reach[flown] = reach_rad(unit[flown], path[flown], factor)
-        most = float(reach[flown].max())
-    reach[~flown] = np.minimum(factor * path_pitch_rad(unit[~flown], path[~flown]), most)
-    return cells(unit, reach_rad=reach)
+        reach[~flown] = np.minimum(reach[~flown], reach[flown].max())
+    return cells(unit, reach_rad=reach, shared=flown)
 
 
 def cells_of_scattered(unit: FloatArray, factor: float = REACH_FACTOR) -> Cells:

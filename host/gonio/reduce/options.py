@@ -15,6 +15,7 @@ class ReduceOptions:
     without: tuple[str, ...] = ()  # names of corrections.chain.NAMES
     reach_factor: float = REACH_FACTOR  # no point owns area farther than this times the local pitch of its path
     calibration_text: str = ""  # TOML with a table [calibration] that goes before the instrument's own
+    calibration_name: str = "--calibration"  # of the file it is from, for errors
     p_i: float | None = None  # declared, counts * sr: for a scan without a reference scan
     p_i_u: float = 0.0  # its standard uncertainty, counts * sr
 

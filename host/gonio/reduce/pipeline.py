@@ -1,5 +1,6 @@
 """pipeline.py: reduces a raw log to a dataset: corrections in order, cells, uncertainties, integrals."""
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -26,8 +27,14 @@ from gonio.units.instrument import Instrument, override_calibration, parse_instr
 _WORKERS = 2  # more would cost memory: half a gigabyte each for a million samples
 
 
-def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None, other: OtherBeam | None = None) -> Dataset:
-    """Reduce a raw log, all its segments joined; `other`: the free beam of another scan to normalise by.
+def reduce_rawlog(
+    rawlog: RawLog,
+    options: ReduceOptions | None = None,
+    other: OtherBeam | None = None,
+    ready: Callable[[Distribution], None] = lambda _: None,
+) -> Dataset:
+    """Reduce a raw log, all its segments joined; `other`: the free beam of another scan to normalise by. `ready` gets
+    each distribution once its points are final, in any thread; what is left are integrals.
 
     Raises UsageError where it lacks what a BSDF needs: instrument, darks, P_i, or a single measured path.
     """
@@ -38,7 +45,7 @@ def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None, other: O
         raise UsageError("the raw log does not hold its instrument file: record it with gonio scan")
     instrument = parse_instrument(text, "instrument file in the raw log")
     if options.calibration_text:
-        instrument = override_calibration(instrument, options.calibration_text, "--calibration")
+        instrument = override_calibration(instrument, options.calibration_text, options.calibration_name)
     switches, losses = Switches.of(options.without), Losses()
     flown, dark = flown_paths(rawlog, instrument, losses, switches)
     power = power_of(flown, instrument, switches, options, other)
@@ -57,6 +64,7 @@ def reduce_rawlog(rawlog: RawLog, options: ReduceOptions | None = None, other: O
         shade_deg,
         float(np.sqrt(np.mean(known_us**2))) if len(known_us) else 0.0,
         metadata.get("unreachable", ()),
+        ready,
     )
 
     def of_direction(incident_deg: tuple[float, float]) -> tuple[Distribution, list[str]]:
@@ -92,6 +100,7 @@ class _Work:
     shade_deg: float
     stamp_u_us: float
     unreachable: Any  # the plan's entries
+    ready: Callable[[Distribution], None]
 
     def distribution(self, own: list[Flown], incident_deg: tuple[float, float]) -> tuple[Distribution, list[str]]:
         """The distribution of one incident direction from its paths, and notes for the user."""
@@ -109,6 +118,7 @@ class _Work:
         angles = angles_of(points, distribution, self.instrument)
         distribution.variance_per_sr2 += pose_variance(angles, self.stamp_u_us)
         distribution.effects = effect_columns(points, distribution, self.instrument, self.power.reference, angles)
+        self.ready(distribution)
         evaluated(distribution, beam=self.power.distribution).into(distribution)
         distribution.integrals |= _incidence(own, incident_deg)
         notes = []

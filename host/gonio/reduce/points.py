@@ -11,6 +11,7 @@ from gonio.dataset.bsdf import MASKED, Distribution, PointFlag
 from gonio.geometry.directions import angles_deg_from_unit, unit_from_angles_deg
 from gonio.reduce.corrections import distance, lamp, masks, stray_light
 from gonio.reduce.corrections.chain import Switches
+from gonio.reduce.corrections.noise import light_variance
 from gonio.reduce.samples.flown import Flown
 from gonio.units.instrument import Instrument
 
@@ -62,7 +63,7 @@ def points_of(
     """The samples of a path as points. `shade_deg` None: the free beam, with no sample that lies off the centre, and
     nothing that the head shades."""
     flags, unit, signal = flown.flags, flown.unit, flown.signal
-    variance = flown.dark_variance + scale.shot_per_count * np.maximum(signal, 0.0)
+    variance = light_variance(flown.dark_variance, scale.shot_per_count, signal)
     dark_u = flown.dark_u_counts
     normalisation = np.ones(len(flags))
     if switches.on(lamp.NAME):

@@ -41,7 +41,7 @@ def provenance(
     return {
         "instrument_text": rawlog.metadata["instrument"],
         "corrections": recorded(switches, instrument, used, power.facts),
-        "options": asdict(options) | {"without": list(options.without)},
+        "options": _recorded(options),
         "raw_sha256": list(rawlog.sha256s),
         "raw_problem": rawlog.problem,
         "counters": _counters(rawlog, losses),
@@ -59,6 +59,13 @@ def provenance(
         "versions": {"gonio": gonio_version(), "numpy": np.__version__, "scipy": scipy.__version__},
         "scan": {key: value for key, value in rawlog.metadata.items() if key not in ("instrument", "unreachable")},
     }
+
+
+def _recorded(options: ReduceOptions) -> dict[str, Any]:
+    """What the result depends on: not where the calibration's text came from."""
+    chosen = asdict(options) | {"without": list(options.without)}
+    del chosen["calibration_name"]
+    return chosen
 
 
 def _counters(rawlog: RawLog, losses: Losses) -> dict[str, int]:

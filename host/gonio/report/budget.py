@@ -1,6 +1,7 @@
 """budget.py: which uncertainty budgets a report shows, of integrals, P_i and typical points; as text and as JSON."""
 
 import re
+import textwrap
 from collections.abc import Iterable
 from typing import Any
 
@@ -10,10 +11,11 @@ from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.dataset.budget import Budget, integral_budget, point_budget
 from gonio.report.comparison import short_name
 
-NO_BUDGET = (
-    "The dataset holds no uncertainty budget: it was imported, or reduced before effects were kept apart. What is "
-    "stated is the independent part alone, noise of the points and of the reference beam."
+_NO_BUDGET = (
+    "The dataset holds no uncertainty budget: it was simulated, or imported and not reduced. What is stated is the "
+    "independent part alone, noise of the points and of the reference beam."
 )
+_COLUMNS = 100  # of a terminal
 _LEAST_SHARE = 1e-4  # of the variance: smaller contributions are counted, not listed
 # Integrals in this order first; names of others follow as they come. Model-filled parts stay out: estimates hold them.
 _FIRST = (
@@ -32,6 +34,11 @@ _WORDS = {
     "p_i": "P_i of the reference beam",
     "closure": "closure of the beam",
 }
+# What the overview shows beside each other: the rest stands in the full tables.
+OVERVIEW = (
+    *(_WORDS[name] for name in ("rho", "tau", "rho_direct", "tau_direct", "rho_diffuse", "tau_diffuse")),
+    *("haze", _WORDS["p_i"], _WORDS["closure"], "median point, reflection"),
+)
 _PEAK = re.compile(r"peak (?P<peak>.+) (?P<field>\w+)")
 _CONE = re.compile(r"cone (?P<about>.+) (?P<half>[\d.]+)")
 
@@ -125,16 +132,31 @@ def headline(words: str, budget: Budget) -> str:
     return f"{words}{at}: {budget.value:.6g}{unit}, u = {budget.u:.3g}{relative}, {expanded}"
 
 
+def without_budget(dataset: Dataset) -> str:
+    """Why there is no budget, in words."""
+    raw = [d for d in dataset.distributions if np.isnan(d.p_i)]
+    if not raw:
+        return _NO_BUDGET
+    return (
+        f"The points are a raw signal (unit {raw[0].signal_unit}) that nothing has normalised: there is no DSF, and no "
+        "budget. Import them again with --beam or --p-i."
+    )
+
+
 def as_text(dataset: Dataset) -> str:
     """All budgets for a terminal."""
     lines: list[str] = [f"Uncertainty budget of {dataset.sample_name or 'unnamed sample'}, largest contribution first"]
     found = sections(dataset)
     if not found:
-        return "\n".join([*lines, "", NO_BUDGET])
+        return "\n".join([*lines, "", *textwrap.wrap(without_budget(dataset), _COLUMNS)])
     for title, budgets in found:
         lines += ["", title, "=" * len(title)]
         for words, budget in budgets.items():
-            lines += ["", headline(words, budget), *_text_table(budget)]
+            lines += [
+                "",
+                *textwrap.wrap(headline(words, budget), _COLUMNS, subsequent_indent="    "),
+                *_text_table(budget),
+            ]
     return "\n".join(lines)
 
 

@@ -2,7 +2,7 @@
 
 from gonio.dataset.bsdf import Dataset
 from gonio.dataset.budget import Budget
-from gonio.report.budget import NO_BUDGET, headline, listed, sections
+from gonio.report.budget import OVERVIEW, headline, listed, sections, without_budget
 from gonio.report.html_parts import folded, number, paragraph, subtitle, table
 
 _MOST_ROWS = 14  # effects in the overview
@@ -14,12 +14,12 @@ def uncertainty(dataset: Dataset) -> str:
     """Overview per incident direction, contributions in percent of the value; below it every budget as a table."""
     found = sections(dataset)
     if not found:
-        return paragraph(NO_BUDGET, "note")
+        return paragraph(without_budget(dataset), "note")
     parts = [
         paragraph(
-            "Contributions to the combined standard uncertainty (k = 1), in percent of the value, largest first; the "
-            "terms are those of ASTM E2387. One effect moves all points together and adds up with its sign; different "
-            "effects are independent of each other. U is expanded with k = 2: an interval of about 95 %.",
+            "Contributions to the combined standard uncertainty (k = 1), in percent of the value, on the whole largest "
+            "first; the terms are those of ASTM E2387. One effect moves all points together and adds up with its sign; "
+            "different effects are independent of each other. U is expanded with k = 2: an interval of about 95 %.",
             "note",
         )
     ]
@@ -31,23 +31,22 @@ def uncertainty(dataset: Dataset) -> str:
 
 
 def _overview(budgets: dict[str, Budget]) -> str:
-    """Rows are effects, columns are quantities."""
-    largest: dict[str, float] = {}
-    for budget in budgets.values():
+    """Rows are effects by their mean share of the variance, columns are the quantities that matter most."""
+    chosen = {words: budget for words, budget in budgets.items() if words in OVERVIEW} or budgets
+    shares: dict[str, float] = {}
+    for budget in chosen.values():
         for row in budget.rows:
-            largest[row.words] = max(largest.get(row.words, 0.0), row.variance_share)
-    effects = sorted(largest, key=lambda words: -largest[words])[:_MOST_ROWS]
+            shares[row.words] = shares.get(row.words, 0.0) + row.variance_share
+    effects = sorted(shares, key=lambda words: -shares[words])[:_MOST_ROWS]
     columns = []
-    for budget in budgets.values():
+    for budget in chosen.values():
         relative = {row.words: row.relative for row in budget.rows}
         of_value = budget.u / abs(budget.value) if budget.value else None
         ends = [_percent(of_value), _percent(None if of_value is None else budget.coverage_factor * of_value)]
         columns.append([f"{budget.value:.5g}", *(_percent(relative.get(words)) for words in effects), *ends])
     names = ["value", *effects, "u, combined [%]", "U, k = 2 [%]"]
     rows = [[name, *(column[i] for column in columns)] for i, name in enumerate(names)]
-    return table(
-        ["effect [% of the value]", *budgets], rows, strong_rows=(0, len(names) - 2, len(names) - 1), wide=True
-    )
+    return table(["effect [% of the value]", *chosen], rows, strong_rows=(0, len(names) - 2, len(names) - 1), wide=True)
 
 
 def _full(words: str, budget: Budget) -> str:
@@ -63,4 +62,7 @@ def _full(words: str, budget: Budget) -> str:
 def _percent(relative: float | None) -> str:
     if relative is None:
         return ""
-    return number(100 * relative, 2) if 100 * relative >= _LEAST_PERCENT else f"< {_LEAST_PERCENT:g}"
+    percent = 100 * relative
+    if percent >= 100:
+        return f"{percent:.0f}"
+    return number(percent, 2) if percent >= _LEAST_PERCENT else f"< {_LEAST_PERCENT:g}"

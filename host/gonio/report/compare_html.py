@@ -88,7 +88,7 @@ def _overview(comparison: Comparison) -> str:
         "Local: the mean of the same at every point. Beyond 2 u: points whose difference exceeds twice its standard "
         "uncertainty; 4.6 % are expected. Chi-square: 1 where the uncertainties explain the differences."
     )
-    return table(head, rows) + paragraph(note, "note")
+    return table(head, rows, name_columns=(1, 4)) + paragraph(note, "note")
 
 
 def _overview_row(pair: Pair, region: str, metrics: Metrics) -> list[str]:

@@ -1,5 +1,6 @@
 """html.py: writes the report of a dataset: one self-contained HTML file, no network, images inside."""
 
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -114,6 +115,10 @@ def _distributions(dataset: Dataset, truth: KnownTruth | None) -> str:
     for number_, d in enumerate(dataset.distributions):
         title = f"Incident {tables.incident(d)}, {d.channel}: {len(d.theta_deg):,} points"
         pictures = hemisphere_pictures(d)
+        if np.isnan(d.p_i):
+            raw = _raw_map(d, pictures, dpi)
+            parts.append(folded(title, raw) if many else subtitle(title) + raw)
+            continue
         shown = [_maps(d, pictures, dpi), _plane(d, truth, dpi)]
         if number_ < _MOST_LOBES:
             shown += [_lobe(d), _uncertainty_map(d, pictures, opened=not many and number_ == 0)]
@@ -129,6 +134,18 @@ def _maps(d: Distribution, pictures: dict[Half, Picture], dpi: int) -> str:
         f"Polar maps of the DSF for incidence {tables.incident(d)}, {d.channel}",
         f"DSF, logarithmic; each pixel shows the nearest point. White: nothing {word_for(d)}.{masked}"
         + polar_map.scale_words(scale),
+    )
+
+
+def _raw_map(d: Distribution, pictures: dict[Half, Picture], dpi: int) -> str:
+    """Of points that nothing has normalised: their signal in its own unit."""
+    signal = replace(d, dsf_per_sr=d.signal)
+    scale = polar_map.dsf_scale(signal)
+    return figure(
+        polar_map.polar_maps(signal, pictures, scale, dpi, f"signal  [{d.signal_unit}]"),
+        f"Polar maps of the signal for incidence {tables.incident(d)}, {d.channel}",
+        "Raw signal, logarithmic; each pixel shows the nearest point. It is no DSF until a scan of the free beam or a "
+        f"declared P_i normalises it. White: nothing measured.{polar_map.scale_words(scale)}",
     )
 
 

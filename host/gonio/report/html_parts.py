@@ -34,16 +34,17 @@ def table(
     rows: Iterable[Sequence[str]],
     *,
     text_columns: Sequence[int] = (),
+    name_columns: Sequence[int] = (),
     strong_rows: Sequence[int] = (),
     wide: bool = False,
 ) -> str:
-    """Cells are escaped; columns in `text_columns` may wrap and are set left; rows in `strong_rows` are set strong; of
+    """Cells are escaped; columns in `text_columns` may wrap and are set left, those in `name_columns`
+    are set left; rows in `strong_rows` are set strong; of
     a `wide` table the first column may wrap."""
 
     def cells(tag: str, row: Sequence[str]) -> str:
-        return "".join(
-            f"<{tag}{' class=text' if i in text_columns else ''}>{escape(cell)}</{tag}>" for i, cell in enumerate(row)
-        )
+        kinds = {**dict.fromkeys(name_columns, " class=name"), **dict.fromkeys(text_columns, " class=text")}
+        return "".join(f"<{tag}{kinds.get(i, '')}>{escape(cell)}</{tag}>" for i, cell in enumerate(row))
 
     body = "".join(
         f"<tr{' class=strong' if i in strong_rows else ''}>{cells('td', row)}</tr>" for i, row in enumerate(rows)

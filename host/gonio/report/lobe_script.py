@@ -18,7 +18,7 @@ function lobe(box){
  var p=unpack(canvas.dataset.places,Int16Array),dir=unpack(canvas.dataset.directions,Int16Array);
  var f=unpack(canvas.dataset.facets,Uint16Array),n=p.length/3,m=f.length/3;
  var yaw=-60,pitch=22,zoom=1,W=0,H=0,depth,owner,picture,context=canvas.getContext('2d'),X=new Float32Array(n),
-  Y=new Float32Array(n),Z=new Float32Array(n),level=new Float32Array(n),waiting=false,unit=1;
+  Y=new Float32Array(n),Z=new Float32Array(n),level=new Float32Array(n),waiting=false,unit=1,shown=0;
  for(var i=0;i<n;i++)level[i]=Math.min(1,Math.hypot(p[3*i],p[3*i+1],p[3*i+2])/32767);
  function view(){var a=deg(yaw),b=deg(pitch),whole=told.transmission,mid=H*(whole?0.5:0.8);
   var s=zoom*Math.min(W/2.9,H/(whole?2.6:1.75));
@@ -59,7 +59,7 @@ function lobe(box){
   context.strokeText(text,s[0]+4*unit,s[1]-4*unit);context.fillText(text,s[0]+4*unit,s[1]-4*unit);}
  function straight(a,b,to){var r=[];for(var i=0;i<=60;i++){var t=i/60;
   r.push(to(a[0]+t*(b[0]-a[0]),a[1]+t*(b[1]-a[1]),a[2]+t*(b[2]-a[2])));}return r;}
- function draw(){waiting=false;if(!canvas.clientWidth)return;if(!W)size();
+ function draw(){waiting=false;if(!W)return;
   var to=view(),i,a=deg(yaw),b=deg(pitch);
   lamp=[Math.cos(b)*Math.cos(a+0.5),Math.cos(b)*Math.sin(a+0.5),Math.sin(b+0.4)];
   depth.fill(-1e9);owner.fill(0);picture.data.fill(0);
@@ -107,8 +107,10 @@ function lobe(box){
   if(button.dataset.view){var v=button.dataset.view.split(',');yaw=+v[0]+told.incident[1];pitch=+v[1];zoom=1;}
   else zoom=Math.max(0.5,Math.min(8,zoom*button.dataset.zoom));later();});});
  yaw=-60+told.incident[1];
- if(window.ResizeObserver)new ResizeObserver(function(){if(canvas.clientWidth){size();later();}}).observe(box);
- later();}
+ // Drawn at once: a printer or a picture of the page does not wait for the next frame.
+ function fit(){var w=canvas.clientWidth;if(w&&w!==shown){shown=w;size();draw();}}
+ if(window.ResizeObserver)new ResizeObserver(fit).observe(box);
+ window.addEventListener('beforeprint',fit);fit();}
 document.querySelectorAll('.lobe').forEach(lobe);
 })();
 """

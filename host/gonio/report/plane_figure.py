@@ -47,7 +47,7 @@ def plane_figure(
         figure = new_figure(4.5)
         upper, lower = side_panels(figure, len(sides))
         for axes, below, side in zip(upper, lower, sides, strict=True):
-            mine = _one_side(profile, behind == (side == "back"))
+            mine = on_side(profile, side)
             draw_profile(axes, mine, ACCENT, word_for(d))
             if truth is None:
                 _draw_uncertainty(below, mine)
@@ -58,7 +58,7 @@ def plane_figure(
         limits = decades_shown(profile.dsf_per_sr, [float(axes.dataLim.y1) for axes in upper])
         finish_profiles(upper, lower, limits)
         for axes, side in zip(upper, sides, strict=True):
-            mark_below(axes, _one_side(profile, behind == (side == "back")), limits[0], ACCENT)
+            mark_below(axes, on_side(profile, side), limits[0], ACCENT)
         below_words = f"U (k = {K:g})  [%]" if truth is None else "deviation  [%]"
         label_profiles(figure, upper, lower, ("DSF  [1/sr]", below_words))
         return data_uri(figure, dpi)

@@ -76,7 +76,9 @@ def dsf_scale(d: Distribution) -> LogScale:
     return log_scale(d.dsf_per_sr[d.measured], d.solid_angle_sr[d.measured])
 
 
-def polar_maps(d: Distribution, pictures: dict[Half, Picture], scale: LogScale, dpi: int = DPI) -> str:
+def polar_maps(
+    d: Distribution, pictures: dict[Half, Picture], scale: LogScale, dpi: int = DPI, label: str = "DSF  [1/sr]"
+) -> str:
     """DSF on the measured hemispheres, one logarithmic scale, masked regions hatched, peaks close by, as a data URI."""
     with mpl.rc_context(STYLE):
         peaks = _peaks_to_show(d)
@@ -96,7 +98,7 @@ def polar_maps(d: Distribution, pictures: dict[Half, Picture], scale: LogScale, 
             axes = place(figure, zoom_at, _DISC_IN - 0.55 - (row + 1) * _ZOOM_IN - row * 0.3, _ZOOM_IN, _ZOOM_IN)
             _draw_zoom(axes, d, scale, (theta, phi), half_width)
             axes.set_title(f"{name}, \u00b1{half_width:.2g}\u00b0", fontsize=SMALL_PT, loc="center", pad=3)
-        log_bar(figure, place(figure, bar_at, 0.3, _BAR_IN, _DISC_IN - 0.75), scale, dsf_map(), "DSF  [1/sr]")
+        log_bar(figure, place(figure, bar_at, 0.3, _BAR_IN, _DISC_IN - 0.75), scale, dsf_map(), label)
         return data_uri(figure, dpi)
 
 
@@ -114,10 +116,14 @@ def scale_words(scale: LogScale) -> str:
     """What the caption says about values that the scale cannot show."""
     if scale.below_share <= 0:
         return ""
-    words = f" Black: under the scale, {100 * scale.below_share:.2g} % of the covered solid angle"
+    words = f" Black: under the scale, {_percent(scale.below_share)} of the covered solid angle"
     if scale.negative_share > 0:
-        words += f", {100 * scale.negative_share:.2g} % at or below zero (noise)"
+        words += f", {_percent(scale.negative_share)} at or below zero (noise)"
     return words + "."
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.0f} %"
 
 
 def _peaks_to_show(d: Distribution) -> list[tuple[str, float, float, float]]:

@@ -2,11 +2,12 @@
 
 from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.report.budget import integral_words
-from gonio.report.html_parts import number, paragraph, percent, table
+from gonio.report.html_parts import number, paragraph, percent, signed_percent, table
 from gonio.report.tables import where, where_head
 
 _PARTS = ("rho_direct", "rho_diffuse", "tau_direct", "tau_diffuse", "openness", "haze")
 _SIDES = ("front", "back")
+_LEAST_SR = 1e-9
 
 
 def parts(dataset: Dataset) -> str:
@@ -24,7 +25,7 @@ def parts(dataset: Dataset) -> str:
     if not rows:
         return ""
     head = [*where_head(dataset), "part", "value", "u (k = 1)", "u / value", "how"]
-    shown = table(head, rows, text_columns=(len(head) - 1,))
+    shown = table(head, rows, text_columns=(len(head) - 1,), name_columns=(head.index("part"),))
     if not any(name in d.integrals for d in dataset.distributions for name in _PARTS):
         return shown
     note = (
@@ -50,12 +51,12 @@ def coverage(dataset: Dataset) -> str:
                 [
                     *where(dataset, d),
                     side,
-                    percent(share, 2),
-                    percent(d.integrals.get(f"measured_cosine_share_{side}"), 2),
-                    number(d.integrals.get(f"masked_sr_{side}"), 3),
-                    number(d.integrals.get(f"uncovered_sr_{side}"), 3),
+                    _share(share),
+                    _share(d.integrals.get(f"measured_cosine_share_{side}")),
+                    _area(d.integrals.get(f"masked_sr_{side}")),
+                    _area(d.integrals.get(f"uncovered_sr_{side}")),
                     number(d.integrals.get(f"{name}_quadrature"), 2),
-                    "\u2013" if moved is None else f"{100 * moved:+.4f} %",
+                    signed_percent(moved, 4),
                 ]
             )
     if not rows:
@@ -76,13 +77,25 @@ def coverage(dataset: Dataset) -> str:
         "high, so twice the one less the other is taken, and their difference is its standard uncertainty; the last "
         "column is what that changed."
     )
-    return table(head, rows) + paragraph(note, "note")
+    return table(head, rows, name_columns=(head.index("hemisphere"),)) + paragraph(note, "note")
+
+
+def _share(share: float | None) -> str:
+    """Of a whole that sums over cells may exceed by a trifle."""
+    return percent(None if share is None else min(share, 1.0), 2)
+
+
+def _area(area_sr: float | None) -> str:
+    """What is less than rounding of the cells leaves is nothing."""
+    return "0" if area_sr is not None and area_sr < _LEAST_SR else number(area_sr, 3)
 
 
 def _remark(d: Distribution, name: str) -> str:
     half_angle, off = d.integrals.get(f"{name}_half_angle_deg"), d.integrals.get(f"{name}_off_deg")
     words = [] if half_angle is None else [f"fit in a cone of \u00b1{half_angle:.3g}\u00b0"]
     if off is not None:
-        words.append(f"{off:.2g}\u00b0 off the ideal direction")
+        words.append(
+            f"{off:.2g}\u00b0 off the ideal direction" if off >= 1e-3 else "in the ideal direction to 0.001\u00b0"
+        )
     share = d.integrals.get(f"{name}_measured_share")
     return ", ".join(words) or ("" if share is None else f"{100 * share:.1f} % of the cone covered")

@@ -23,9 +23,9 @@ a{color:var(--accent);text-decoration:none}a:hover{text-decoration:underline}
 table{border-collapse:collapse;font-size:.88rem;font-variant-numeric:tabular-nums;min-width:100%}
 th,td{text-align:right;padding:.34rem .7rem;border-bottom:1px solid var(--line);white-space:nowrap}
 th{white-space:normal;font-weight:600;color:var(--muted);border-bottom:1.5px solid var(--muted);vertical-align:bottom}
-th:first-child,td:first-child,td.text,th.text{text-align:left}
+th:first-child,td:first-child,.text,.name{text-align:left}
 tr.strong td{font-weight:600}
-.wide td:first-child{white-space:normal;min-width:11rem}
+.wide td:first-child{white-space:normal;min-width:13rem}
 td.text{white-space:normal;overflow-wrap:anywhere;min-width:14rem}
 figure{margin:.8rem 0 1.4rem}img{max-width:100%;height:auto;display:block}
 details{border:1px solid var(--line);border-radius:6px;padding:.2rem .9rem;margin:.6rem 0}

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.reduce.integrals.hemispheres import zero_forty_five
 from gonio.report.comparison import HEMISPHERES, measured_peaks, relative, short_name, word_for
@@ -30,7 +32,7 @@ def integrals(dataset: Dataset, known: Known) -> str:
                 continue
             measured, there = d.integrals[f"{name}_measured"], truth.get(f"{name}_truth_measured")
             row = [*where(dataset, d), _INTO[name], fixed(measured, 4), number(d.integrals.get(f"{name}_u"), 2)]
-            row += [percent(share)]
+            row += [percent(min(share, 1.0))]
             if with_counted:
                 row += [fixed(d.integrals.get(f"{name}_counted"), 4), number(d.integrals.get(f"{name}_counted_u"), 2)]
             if with_truth:
@@ -71,7 +73,7 @@ def integrals(dataset: Dataset, known: Known) -> str:
             " Truth there: the convolved truth over exactly the measured directions; a lobe behind the detector's "
             "head is in neither. Whole truth: of the sample itself, over the whole hemisphere."
         )
-    return table(head, rows) + paragraph(note, "note")
+    return table(head, rows, name_columns=(head.index("into"),)) + paragraph(note, "note")
 
 
 def _what_u_holds(dataset: Dataset, simulated: bool) -> str:
@@ -136,7 +138,7 @@ def peaks(dataset: Dataset, known: Known) -> str:
         )
     if with_truth:
         note += " The truth is convolved with both and put through the same fit at the same directions and masks."
-    return table(head, rows) + paragraph(note, "note")
+    return table(head, rows, name_columns=(head.index("peak"),)) + paragraph(note, "note")
 
 
 def wavelengths(dataset: Dataset) -> str:
@@ -146,8 +148,9 @@ def wavelengths(dataset: Dataset) -> str:
         if d.wavelength_nm is None or d.incident_theta_deg > 1:
             continue
         row = [f"{d.wavelength_nm:g} nm", fixed(zero_forty_five(d), 3), fixed(d.integrals.get("rho_measured"), 4)]
-        outermost_deg = float(d.theta_deg[d.measured].max(initial=0.0))
-        rows.append([*row, f"{outermost_deg:.1f}\u00b0", percent(d.integrals.get("rho_measured_share"))])
+        outermost_deg = float(d.theta_deg[d.measured & (d.theta_deg <= 90.0)].max(initial=0.0))
+        covered = min(d.integrals.get("rho_measured_share", np.nan), 1.0)
+        rows.append([*row, f"{outermost_deg:.1f}\u00b0", percent(covered)])
     if not rows:
         return ""
     note = (

@@ -31,6 +31,7 @@ from gonio.report.polar_map import DISC_BOX, LogScale, log_bar
 
 _DISC_IN = 3.3
 _MOST_CATEGORIES = 7  # the rest is "other"
+_LEAST_SHARE = 1e-3  # of the solid angle: a smaller category is not to be seen, and is "other" too
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,8 @@ def dominance(d: Distribution) -> Dominance:
     weight = weight if weight.any() else np.ones(len(weight))
     share = np.bincount(largest[measured], weight, len(names)) / max(float(weight.sum()), 1e-300)
     order = [int(i) for i in np.argsort(-share, kind="stable") if share[i] > 0]
-    kept = order if len(order) <= _MOST_CATEGORIES else order[: _MOST_CATEGORIES - 1]
+    kept = [i for i in order if share[i] >= _LEAST_SHARE]
+    kept = order if len(kept) == len(order) <= _MOST_CATEGORIES else kept[: _MOST_CATEGORIES - 1]
     place_of = np.full(len(names), len(kept), dtype=np.int64)
     place_of[kept] = np.arange(len(kept))
     words = [EFFECTS[names[i]].words for i in kept]
@@ -141,6 +143,10 @@ def _draw_categories(axes: mpl.axes.Axes, by_cause: Dominance, image: FloatArray
 def _legend(by_cause: Dominance) -> list[Patch]:
     parts = zip(by_cause.names, by_cause.shares, CATEGORY_COLOURS, CATEGORY_HATCHES, strict=False)
     return [
-        Patch(facecolor=colour, hatch=hatch, edgecolor="#1c2733", lw=0.4, label=f"{words} ({100 * share:.3g} %)")
+        Patch(facecolor=colour, hatch=hatch, edgecolor="#1c2733", lw=0.4, label=f"{words} ({_share(share)})")
         for words, share, colour, hatch in parts
     ]
+
+
+def _share(share: float) -> str:
+    return f"{100 * share:.1f} %" if share >= 1e-3 else "under 0.1 %"

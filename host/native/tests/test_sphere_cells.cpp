@@ -1,4 +1,6 @@
 // test_sphere_cells.cpp: cells, triangles found and fits, with the sanitizers' eyes: any points fill the sphere.
+#include <algorithm>
+#include <memory>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -41,10 +43,10 @@ TEST(Cells, OfAnyPointsFillTheSphere) {
     for (int trial = 0; trial < 400; ++trial) {
         const std::vector<Vec> points = any_points(random);
         const std::vector<double> reach(points.size(), PI);
-        const Cells whole = cells_of_points(points, reach, false);
+        const Cells whole = cells_of_points(points, {reach, {}}, false);
         EXPECT_NEAR(sum(whole.solid), 4.0 * PI, 3e-8);
         EXPECT_NEAR(sum(whole.linear), 4.0 * PI, 3e-8);
-        const Cells halves = cells_of_points(points, reach, true);
+        const Cells halves = cells_of_points(points, {reach, {}}, true);
         double up = 0.0;
         bool any_up = false;
         bool any_down = false;
@@ -106,10 +108,33 @@ TEST(Tracks, OfParallelCirclesAreApartByTheirElevation) {
         }
     }
     const std::vector<std::int64_t> path(unit.size(), 0);
-    const std::vector<double> found = track_distances({unit, ahead, along, path}, {3.0, 0.8, 0.7, 0.001, 2.0});
+    const std::vector<Beside> found = track_distances({unit, ahead, along, path}, {3.0, 0.8, 0.7, 0.001});
     for (std::size_t i = 0; i < unit.size(); ++i) {
-        EXPECT_NEAR(found[i], 0.05, 0.003);
+        EXPECT_NEAR(found[i].near, 0.05, 0.003);
+        EXPECT_NEAR(found[i].way, 2.0, 0.2);
+        if (i >= 300 && i + 300 < unit.size()) {
+            EXPECT_NEAR(found[i].far, 0.05, 0.003);
+        }
     }
+}
+
+// A fine row of points beside a coarse one: where the coarse one reaches, so do they, and only if it shares.
+TEST(Reach, OfACoarsePointGoesToTheFineOnesAroundIt) {
+    std::vector<Vec> unit = {normalised({0.3, 0.0, 1.0})};
+    for (int k = -10; k <= 10; ++k) {
+        unit.push_back(normalised({0.002 * (k % 2), 0.01 * k, 1.0}));
+    }
+    std::vector<double> reach(unit.size(), 0.01);
+    reach[0] = 0.4;
+    std::unique_ptr<bool[]> shared(new bool[unit.size()]);
+    std::fill_n(shared.get(), unit.size(), true);
+    const std::vector<double> found = shared_reach(unit, {reach, {shared.get(), unit.size()}});
+    EXPECT_EQ(*std::max_element(found.begin() + 1, found.end()), 0.4);
+    for (const double widest : found) {
+        EXPECT_GT(widest, 0.02);
+    }
+    shared[0] = false;
+    EXPECT_EQ(shared_reach(unit, {reach, {shared.get(), unit.size()}}), reach);
 }
 
 } // namespace

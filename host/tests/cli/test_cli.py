@@ -23,6 +23,9 @@ COMMANDS = [
     "import",
     "validate",
     "report",
+    "merge",
+    "repeatability",
+    "compare",
 ]
 
 

@@ -76,7 +76,7 @@ def test_a_raw_scan_waits_for_p_i(capsys: pytest.CaptureFixture[str]) -> None:
     assert all(d.signal_unit == "A" and np.isnan(d.p_i) for d in raw.distributions)
     for kind in ("csv", "nist", "klems-full"):
         assert main.run(["export", "raw.h5", "--format", kind, "--front", "interior", "-o", "y"]) == 2
-        assert "raw signal in A, not normalised" in one_line(capsys)
+        assert "raw signal (unit A), not normalised" in one_line(capsys)
     assert main.run(["export", "raw.h5", "--format", "pab", "--front", "interior", "-o", "set"]) == 0
     assert "#format: theta phi photocurrent A\n" in Path("set", "front_reflection_t30_p90.txt").read_text()
     assert main.run(["import", *files, "-o", "dsf.h5", "--p-i", "2.0"]) == 0
@@ -124,7 +124,7 @@ def test_formats_are_told_apart_by_content(kind: str) -> None:
         (["raw.dat", "--beam", "none.dat"], "none.dat: no such file"),
         (["raw.dat", "--p-i", "nan"], "P_i is nan"),
         (["else.dat"], "is neither pab text"),
-        (["nist.dat", "--format", "pab"], "no #incident_angle"),
+        (["nist.dat", "--format", "pab"], "is no pab text"),
         (["front.dat", "front.dat"], "same file"),
         ([], "FILE"),
     ],

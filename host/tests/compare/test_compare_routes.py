@@ -304,7 +304,9 @@ def test_stored_integrals_stand_side_by_side() -> None:
     unit = lattice(400)
     one, other = (of(smooth_per_sr, unit) for _ in range(2))
     one.integrals = {"rho_measured": 0.5, "rho_u": 0.01, "haze": 0.2, "rho_measured_share": 0.9, "cone direct": 0.0}
+    one.integrals["cone direct_measured_share"] = 0.7
     other.integrals = {"rho_measured": 0.52, "rho_u": 0.02, "haze": 0.25, "rho_measured_share": 0.8, "cone direct": 0.1}
+    other.integrals["cone direct_measured_share"] = 0.7
     one.budgets = {"haze": {"independent": 0.003, "distance": 0.004, "axis arm azimuth": 0.001}}
     other.budgets = {"haze": {"independent": 0.0, "distance": 0.005, "axis arm azimuth": 0.001}}
     one.effects = other.effects = {"distance": np.zeros(400), "axis arm azimuth": np.zeros(400)}

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
-from gonio.dataset.nexus import read_dataset, write_dataset
-from gonio.dataset.nexus_points import PointWriter
+from gonio.dataset.nexus import begin_points, read_dataset, write_dataset
+from gonio.dataset.nexus_points import PointPacker, PointWriter
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.geometry.kinematics import Kinematics
 from gonio.units.errors import UsageError
@@ -38,7 +38,7 @@ def distribution(points: int, seed: int, **scalars: Any) -> Distribution:
         solid_angle_sr=rng.random(points),
         time_ns=rng.integers(-(2**62), 2**62, points),
         # Effects are stored in single precision: these are such numbers.
-        effects={key: dsf.astype("f4") * np.float64(0.25) for key in ("dark", "axis arm azimuth #day 1/2", "future")},
+        effects={key: dsf.astype("f2") * np.float64(0.25) for key in ("dark", "axis arm azimuth #day 1/2", "future")},
         linear_solid_angle_sr=rng.random(points if seed % 2 else 0),
         path=rng.integers(-1, 2, points if seed % 2 else 0, dtype=np.int32),
         paths=("coarse 30/0", "mirror 30/0") if seed % 2 else (),
@@ -120,6 +120,17 @@ def test_large_distribution_is_compressed_exact_and_guarded(tmp_path: Path) -> N
         read_dataset(path)
 
 
+def test_columns_packed_ahead_are_the_same(tmp_path: Path) -> None:
+    dataset = Dataset([distribution(20_000, 1), distribution(10, 2)], beam=distribution(3000, 3))
+    with PointPacker() as packer:
+        for one in dataset.distributions:
+            begin_points(one, packer)
+        write_dataset(dataset, tmp_path / "a.h5", packer)
+    write_dataset(dataset, tmp_path / "b.h5")
+    assert_same(read_dataset(tmp_path / "a.h5"), dataset)
+    assert (tmp_path / "a.h5").stat().st_size == (tmp_path / "b.h5").stat().st_size
+
+
 @pytest.mark.parametrize("points", [2047, 2048, 65_536, 70_001])
 def test_packed_chunks_are_what_the_librarys_own_filters_unpack(tmp_path: Path, points: int) -> None:
     """HDF5's own filters take the chunks apart again, whole columns and parts of them."""
@@ -132,7 +143,7 @@ def test_packed_chunks_are_what_the_librarys_own_filters_unpack(tmp_path: Path, 
         "zeros": np.zeros(points, dtype="i4"),
         "time": np.arange(points) * 1_000_017 + 1_700_000_000_000_000_000,
     }
-    with h5py.File(tmp_path / "a.h5", "w") as file, PointWriter() as writer:
+    with h5py.File(tmp_path / "a.h5", "w") as file, PointPacker() as packer, PointWriter(packer) as writer:
         for name, values in columns.items():
             writer.add(file, name, values, "deg")
     with h5py.File(tmp_path / "a.h5") as file:
@@ -147,7 +158,7 @@ def test_packed_chunks_are_what_the_librarys_own_filters_unpack(tmp_path: Path, 
 
 def test_a_failed_write_waits_for_its_threads_and_tells_the_cause(tmp_path: Path) -> None:
     def fail() -> None:
-        with h5py.File(tmp_path / "a.h5", "w") as file, PointWriter() as writer:
+        with h5py.File(tmp_path / "a.h5", "w") as file, PointPacker() as packer, PointWriter(packer) as writer:
             writer.add(file, "a", np.zeros(200_000))
             raise RuntimeError("the cause")
 
@@ -171,12 +182,12 @@ def test_format_1_is_still_read(tmp_path: Path) -> None:
     assert_same(read_dataset(tmp_path / "a.h5"), Dataset([source], sample_name="old"))
 
 
-def test_effects_keep_seven_digits_and_say_what_they_are(tmp_path: Path) -> None:
+def test_effects_keep_three_digits_and_say_what_they_are(tmp_path: Path) -> None:
     source = distribution(100, 1)
     source.effects = {"gain_ratio": np.random.default_rng(4).standard_normal(100) * 1e-4}
     write_dataset(Dataset([source]), tmp_path / "a.h5")
     back = read_dataset(tmp_path / "a.h5").distributions[0]
-    np.testing.assert_allclose(back.effects["gain_ratio"], source.effects["gain_ratio"], rtol=1e-7)
+    np.testing.assert_allclose(back.effects["gain_ratio"], source.effects["gain_ratio"], rtol=5e-4)
     with h5py.File(tmp_path / "a.h5") as file:
         column = file["incident_0000/effects/effect_000"]
         assert (column.attrs["key"], column.attrs["units"]) == ("gain_ratio", "1/sr")

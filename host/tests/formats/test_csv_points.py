@@ -166,6 +166,6 @@ def test_what_cannot_be_read_is_one_line(tmp_path: Path, text: str, words: str) 
 def test_a_raw_signal_is_not_written(tmp_path: Path) -> None:
     dataset = lambert_and_mirror((30.0,), coarse=500)
     dataset.distributions[0].p_i = np.nan
-    with pytest.raises(UsageError, match="raw signal in counts, not normalised"):
+    with pytest.raises(UsageError, match=r"raw signal \(unit counts\), not normalised"):
         csv_points.write(dataset, tmp_path / "x.csv")
     assert not list(tmp_path.iterdir())

@@ -181,7 +181,9 @@ FORMAT = "#format: theta phi DSF\n"
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "no #incident_angle"),
+        ("", "is empty"),
+        ("once upon a time\n", "is no pab text"),
+        ("#\0", "is no text file"),
         (FORMAT + "1 2 3\n", "no #incident_angle"),
         ("#intheta 20\n" + FORMAT + "1 2 3\n", "no #incident_angle"),
         (HEAD + FORMAT, "no row"),
@@ -223,3 +225,25 @@ def test_what_cannot_be_read_is_one_line(tmp_path: Path, text: str, words: str) 
 def test_files_that_do_not_fit_together_are_refused(tmp_path: Path, texts, options, words: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(UsageError, match=words):
         read(tmp_path, *texts, **options)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (HEAD + FORMAT + "1 2 3\n4 5 0.0", "the last line has no end"),
+        (HEAD + FORMAT + "1 2 3\n200 5 1\n", "rows with theta over 180: 1"),
+        (HEAD + "1 2 3\n", "say so in a line #format: theta phi DSF"),
+    ],
+)
+def test_what_looks_odd_is_said_and_read(tmp_path: Path, text: str, words: str) -> None:
+    assert words in " ".join(pab_dataset.remarks(read(tmp_path, text)))
+    assert pab_dataset.remarks(read(tmp_path, HEAD + FORMAT + "1 2 3\n")) == []
+
+
+def test_of_several_files_it_is_said_which_went_together(tmp_path: Path) -> None:
+    rows = FORMAT + "1 2 3\n"
+    told = pab_dataset.remarks(read(tmp_path, HEAD + rows, HEAD + FORMAT + "4 5 6\n", "#incident_angle 40 0\n" + rows))
+    assert told == [
+        "incident 30/45, visible: 2 points of scan0.txt, scan1.txt.",
+        "incident 40/90, visible: 1 points of scan2.txt.",
+    ]

@@ -236,3 +236,20 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no point of the dataset holds a value"):
         pab_write.write(dataset, tmp_path / "x", front="interior")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_bsdf_turned_about_and_back_keeps_its_digits(tmp_path: Path) -> None:
+    """|cos 120| and |cos 60| differ in their last bit: both frames must divide by what they multiplied with."""
+    source = tmp_path / "source.txt"
+    rows = "\n".join(f"{theta}\t0\t0.{95490 + theta}" for theta in range(5, 90))
+    source.write_text(f"#incident_angle 20 0\n#upphi 90\n#format: theta phi BSDF\n{rows}\n")
+    (path,) = pab_write.write(pab_dataset.read([source]), tmp_path / "x.txt", front="exterior").paths
+    assert [row[2] for row in numbers(path)] == [f"0.{95490 + theta}".rstrip("0") for theta in range(5, 90)]
+
+
+def test_a_set_of_nothing_but_grazing_points_is_named(tmp_path: Path) -> None:
+    source = tmp_path / "source.txt"
+    source.write_text("#incident_angle 20 0\n#upphi 90\n#format: theta phi DSF\n10 0 0.5\n90 0 0.001\n")
+    told = pab_write.write(pab_dataset.read([source]), tmp_path / "x.txt", front="interior").remarks
+    (line,) = [line for line in told if "theta = 90" in line]
+    assert line.startswith("front_transmission_t20_p0: ")

@@ -7,6 +7,7 @@ from synthetic_bsdf import distribution, lambert_and_mirror, lobe_per_sr, sphere
 from gonio.dataset.bsdf import Distribution, PointFlag
 from gonio.formats.klems import BASES
 from gonio.formats.patch_average import hemisphere_profile
+from gonio.geometry.directions import unit_from_angles_deg
 
 FULL = BASES["klems-full"]
 SIZE = FULL.projected_solid_angle_sr
@@ -24,6 +25,17 @@ def test_lambertian_has_one_value_everywhere(count: int) -> None:
     np.testing.assert_allclose(values.bsdf_per_sr[:-12], 0.5 / np.pi, rtol=1e-9)
     assert values.bsdf_per_sr @ SIZE == pytest.approx(0.5, rel=2e-3)
     assert not values.filled.any()
+
+
+def test_long_cells_of_a_fly_scan_count_once() -> None:
+    """Samples 0.05 degrees apart on circles 6 degrees apart: most cells hold no direction of the grid."""
+    theta_deg, phi_deg = (v.ravel() for v in np.meshgrid(np.arange(3.0, 90.0, 6.0), np.arange(0.0, 360.0, 0.05)))
+    unit = unit_from_angles_deg(theta_deg, phi_deg)
+    d = distribution((0, 0), unit, lambda u: 0.3 / np.pi * np.abs(u[:, 2]))
+    values = upper(d).patches()
+    # A strip takes its middle's cosine: a large cell may be off by the change of the cosine over it.
+    assert np.pi * values.bsdf_per_sr[:-12] == pytest.approx(0.3, rel=0.02)
+    assert values.bsdf_per_sr @ SIZE == pytest.approx(0.3, rel=0.01)
 
 
 def test_energy_of_a_peak_is_that_of_its_points() -> None:

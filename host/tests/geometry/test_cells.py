@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial import SphericalVoronoi
 
-from gonio.geometry.cells import covered_cells_sr, disc_solid_angles_sr, hemisphere_solid_angles_sr, solid_angles_sr
-from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
+from gonio.geometry.cells import covered_cells_sr, solid_angles_sr
+from gonio.geometry.directions import unit_from_angles_deg
 
 SPHERE = 4.0 * np.pi
 
@@ -118,45 +118,6 @@ def test_flown_track_of_circles_with_rests_and_repeats() -> None:
     ring = areas[500 + 7 * len(phi) : 500 + 8 * len(phi)]
     expected = 2.0 * np.pi * (np.cos(np.radians(42.0)) - np.cos(np.radians(48.0)))
     assert ring.sum() == pytest.approx(expected, rel=1e-6)
-
-
-def test_hemisphere_cells_end_at_the_horizon() -> None:
-    points = random_directions(500, 3)
-    points[:, 2] = np.abs(points[:, 2])
-    areas = hemisphere_solid_angles_sr(points)
-    assert areas.sum() == pytest.approx(SPHERE / 2, abs=1e-9)
-    # The mean cosine over a hemisphere is 1/2.
-    assert np.sum(areas * points[:, 2]) == pytest.approx(np.pi, rel=2e-3)
-
-
-def spiral(centre: tuple[float, float], radius_deg: float, pitch_deg: float) -> NDArray[np.float64]:
-    polar = np.radians(radius_deg * np.sqrt(np.linspace(0.0, 1.0, 12_000)))
-    azimuth = polar / np.radians(pitch_deg) * 2.0 * np.pi
-    pole = unit_from_angles_deg(*centre)
-    e1 = unit_from_angles_deg(centre[0] + 90.0, centre[1])
-    ring = np.cos(azimuth)[:, None] * e1 + np.sin(azimuth)[:, None] * np.cross(pole, e1)
-    return np.asarray(np.sin(polar)[:, None] * ring + np.cos(polar)[:, None] * pole)
-
-
-@pytest.mark.parametrize("centre", [(0.0, 0.0), (180.0, 0.0), (60.0, 200.0)])
-def test_spiral_owns_its_disc(centre: tuple[float, float]) -> None:
-    points, pole = spiral(centre, 6.0, 0.3), unit_from_angles_deg(*centre)
-    areas = disc_solid_angles_sr(points, pole)
-    # The last turn runs from radius - pitch to radius, so its outer border is at radius on average.
-    assert areas.sum() == pytest.approx(2.0 * np.pi * (1.0 - np.cos(np.radians(6.0))), rel=1e-3)
-
-
-@pytest.mark.parametrize("off_deg", [0.0, 0.7, 2.0])
-@pytest.mark.parametrize("pitch_deg", [0.15, 0.3, 0.6])
-def test_integral_of_a_peak_over_a_spiral(off_deg: float, pitch_deg: float) -> None:
-    """Plain cells err by pi pitch^2 / 12 times the value at the centre: 1 % of this peak at the widest pitch."""
-    sigma = np.radians(1.2)
-    points = spiral((60.0, 200.0), 9.0, pitch_deg)
-    areas = disc_solid_angles_sr(points, unit_from_angles_deg(60.0, 200.0))
-    apart = np.radians(angle_between_deg(points, unit_from_angles_deg(60.0 + off_deg, 200.0)))
-    # Integral of the Gaussian over the sphere, to second order in sigma.
-    exact = 2.0 * np.pi * sigma**2 * (1.0 - sigma**2 / 3.0)
-    assert np.exp(-0.5 * (apart / sigma) ** 2) @ areas == pytest.approx(exact, rel=1e-3)
 
 
 def test_covered_cells_end_at_the_directions_they_surround() -> None:

@@ -9,6 +9,7 @@ from gonio.geometry.directions import unit_from_angles_deg
 
 _sphere = pytest.importorskip("gonio.geometry._sphere")
 FloatArray = NDArray[np.float64]
+NONE = np.zeros(0, dtype=bool)
 
 
 def random_directions(n: int, seed: int) -> FloatArray:
@@ -44,7 +45,7 @@ def test_the_compiled_module_is_the_one_in_use() -> None:
 def test_cells(name: str, cut: bool) -> None:
     points = SETS[name]
     for reach in (np.full(len(points), np.pi), np.full(len(points), 0.05)):
-        ours, theirs = (module.cells(points, reach, cut) for module in (_sphere, fallback))
+        ours, theirs = (module.cells(points, reach, NONE, cut) for module in (_sphere, fallback))
         for one, other in zip(ours, theirs, strict=True):
             # The fallback moves many points by 1e-8, and borders between a point and its image tilt with them.
             many = len(points) * (1 + cut) > 2000
@@ -82,7 +83,7 @@ def test_local_fit() -> None:
         assert np.mean(same) > 0.995
 
 
-def test_track_distances_and_coarsest_pitch() -> None:
+def test_track_distances_and_shared_reach() -> None:
     azimuth = np.arange(0.0, 90.0, 0.5)
     points = np.concatenate([unit_from_angles_deg(90.0 - e, azimuth[:: 1 if k % 2 else -1])
                              for k, e in enumerate(np.arange(-20.0, 20.0, 4.0))])  # fmt: skip
@@ -92,11 +93,15 @@ def test_track_distances_and_coarsest_pitch() -> None:
     ahead /= np.linalg.norm(ahead, axis=1)[:, None]
     length = 0.01 * np.arange(float(len(points)))
     path = np.zeros(len(points), dtype=np.int64)
-    rules = (3.0, 0.8, 0.7, 0.001, 2.0)
+    rules = (3.0, 0.8, 0.7, 0.001)
     ours, theirs = (module.track_distances(points, ahead, length, path, rules) for module in (_sphere, fallback))
     assert np.isfinite(ours).mean() > 0.8
     np.testing.assert_allclose(ours, theirs, rtol=1e-9)
-    pitch = np.random.default_rng(11).uniform(0.01, 0.1, len(points))
-    ours, theirs = (module.coarsest_pitch(points, pitch, 1.5) for module in (_sphere, fallback))
-    assert (ours > pitch).any()
-    assert np.mean(np.abs(ours - theirs) > 1e-12) < 0.02  # pairs across the horizon's images
+    reach, shared = np.random.default_rng(11).uniform(0.01, 0.15, len(points)), np.arange(len(points)) % 5 > 0
+    ours, theirs = (module.shared_reach(points, reach, shared) for module in (_sphere, fallback))
+    assert (ours[shared] > reach[shared]).any()
+    np.testing.assert_array_equal(ours[~shared], reach[~shared])
+    assert np.mean(np.abs(ours - theirs) > 1e-6) < 0.02  # pairs across the horizon's images
+    of_cells = [module.cells(points, reach, shared, True)[0] for module in (_sphere, fallback)]
+    np.testing.assert_allclose(of_cells[0], _sphere.cells(points, ours, NONE, True)[0])
+    assert of_cells[0].sum() == pytest.approx(of_cells[1].sum(), rel=1e-3)

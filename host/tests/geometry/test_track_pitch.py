@@ -114,6 +114,19 @@ def test_the_border_of_a_spiral_meets_the_coarse_track_around_it() -> None:
     assert alone.max() < 0.25
 
 
+def test_turnarounds_crossings_and_near_approaches_do_not_shrink_it() -> None:
+    """A zigzag's strokes touch at one end and are two steps apart at the other; a leg beside the circles is near."""
+    swing = np.linspace(0.0, 20.0, 40_001)
+    points = unit_from_angles_deg(60.0 + 60.0 * np.abs(swing % 2.0 - 1.0), 4.0 * swing)
+    found = np.degrees(path_pitch_rad(points, one_path(points)))
+    assert found.min() > 3.0
+    assert found.max() < 9.0
+    points = circles(np.arange(-60.0, 60.1, 4.0), 0.05)
+    leg = circles(np.array([0.3]), 0.05)
+    points = np.concatenate((points, leg[:2000], points[::-1]))
+    assert np.degrees(path_pitch_rad(points, one_path(points))).min() > 3.0
+
+
 def test_no_points() -> None:
     assert path_pitch_rad(np.zeros((0, 3)), []).shape == (0,)
     assert reach_rad(np.zeros((0, 3)), []).shape == (0,)

@@ -131,6 +131,24 @@ def test_a_direction_that_one_session_masked_belongs_to_the_other():
     assert d.integrals["rho_measured"] == pytest.approx(0.6, rel=1e-3)
 
 
+def test_a_direction_that_both_sessions_masked_stays_masked():
+    """The detector's head shades the same cap in both; samples fall at other places of the same tracks. What was
+    measured beside the cap, within a pitch, does not make it measured."""
+    unit = rings(2.0)
+    turned = unit @ np.array([[np.cos(0.01), np.sin(0.01), 0.0], [-np.sin(0.01), np.cos(0.01), 0.0], [0.0, 0.0, 1.0]])
+    a, b = (
+        masked(d, angle_between_deg(units(d), RETRO_30) < 5.0)
+        for d in (distribution(u, lambertian()) for u in (unit, turned))
+    )
+    d = merge(sources(dataset(a, raw="a"), dataset(b, raw="b")), [], MergeOptions()).dataset.distributions[0]
+    masked_sr = a.solid_angle_sr[~a.measured].sum()
+    assert masked_sr == pytest.approx(2.0 * np.pi * (1.0 - np.cos(np.radians(5.0))), rel=0.2)
+    assert d.solid_angle_sr[~d.measured].sum() == pytest.approx(masked_sr, rel=0.1)
+    assert d.integrals["rho_measured"] == pytest.approx(
+        a.dsf_per_sr[a.measured] @ a.solid_angle_sr[a.measured], rel=1e-3
+    )
+
+
 def test_samples_that_are_there_twice_count_once():
     scan = whole_scan()
     n = len(scan.theta_deg)

@@ -151,6 +151,20 @@ def test_a_mount_is_shared_by_its_runs():
     assert scatter.chi2 == pytest.approx(0.5, rel=0.01)
 
 
+def test_quadrature_is_each_runs_own():
+    """One mount: what is stated of the finite number of points explains that other points were hit."""
+    sets, labels = [], []
+    for k, off in enumerate((0.008, -0.011, 0.004, -0.001)):
+        integrals = {"rho_measured": 0.6 + off, "rho_u": 0.01, "cone mirror 7": 0.1, "cone mirror 7_u": 1e-3}
+        d = replace(TILE, integrals=integrals | {"cone mirror 7_measured_share": 0.9})
+        d.budgets = {"rho": {"quadrature": 0.01, "independent": 1e-4}}
+        sets.append(dataset(d, raw=str(k)))
+        labels.append(Run(Path(f"{k}.h5"), ("1", "1", "1")))
+    found = repeatability(sets, labels)
+    assert [quantity.name for quantity in found] == ["rho_measured", "cone mirror 7"], "a share is no result"
+    assert found[0].scatter.chi2 == pytest.approx(np.var([0.8, -1.1, 0.4, -0.1], ddof=0) * 4.0, rel=0.01)
+
+
 def test_the_report_names_every_level():
     rng = np.random.default_rng(6)
     text = "\n".join(lines([campaign(rng, drift=0.03)]))

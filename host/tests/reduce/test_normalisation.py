@@ -9,6 +9,7 @@ from synthetic_scan import POWER_COUNTS, Scan
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.dataset.nexus import read_dataset, read_provenance, write_dataset
+from gonio.dataset.nexus_entry import three_digits
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.protocol.generated.records import SAMPLE_BLOCK_DTYPE, SAMPLE_BLOCK_STROBE_REJECTED
 from gonio.rawlog.reader import RawLog
@@ -83,7 +84,7 @@ def test_the_same_raw_log_gives_the_same_dataset_and_says_how(log: RawLog, reduc
 def _stored(dataset: Dataset) -> Distribution:
     """Effects in the precision of the file."""
     first = dataset.distributions[0]
-    return replace(first, effects={key: column.astype("f4").astype("f8") for key, column in first.effects.items()})
+    return replace(first, effects={key: three_digits(column).astype("f8") for key, column in first.effects.items()})
 
 
 def test_noise_keeps_its_sign_and_grazing_light_its_value(reduced: Dataset) -> None:

@@ -37,8 +37,8 @@ def test_regular_and_diffuse_part_of_a_screen(incident_deg: tuple[float, float],
     _, beam = beam_scan(truth)
     results = evaluated(measured(truth, incident_deg), beam=beam)
     found = results.values
-    assert found["tau_direct"] == pytest.approx(0.05, rel=2e-3)
-    assert found["tau_diffuse"] == pytest.approx(0.1, rel=2e-3)
+    assert found["tau_direct"] == pytest.approx(0.05, rel=5e-4)
+    assert found["tau_diffuse"] == pytest.approx(0.1, rel=1e-3)
     assert found["tau_direct"] + found["tau_diffuse"] == pytest.approx(found["tau_measured"], rel=1e-3)
     assert found["tau_direct_off_deg"] < 5e-3
     assert found["tau_direct_half_angle_deg"] > 1.0
@@ -56,7 +56,7 @@ def test_a_regular_part_off_its_ideal_direction_is_found(tmp_path: Path) -> None
     truth = truth_of(tmp_path, SCREEN)
     _, beam = beam_scan(truth, off_deg=0.1)
     found = evaluated(measured(truth, (0.0, 0.0)), beam=beam).values
-    assert found["tau_direct"] == pytest.approx(0.05, rel=4e-3)
+    assert found["tau_direct"] == pytest.approx(0.05, rel=1e-3)
     assert found["tau_direct_off_deg"] == pytest.approx(0.1, abs=5e-3)
 
 
@@ -67,6 +67,48 @@ def test_a_diffuse_lobe_is_no_regular_part(tmp_path: Path) -> None:
     assert abs(found["tau_direct"]) < 2e-4
     assert found["tau_diffuse"] == pytest.approx(0.3, rel=5e-3)
     assert found["haze"] == pytest.approx(np.exp(-0.5 * (2.5 / 6.0) ** 2), abs=0.01)
+
+
+def test_a_lobe_hardly_wider_than_the_beam_is_no_regular_part(tmp_path: Path) -> None:
+    """Shape alone tells a lobe of 1.2 degrees from the beam of 1 degree: what it cannot tell is in the uncertainty."""
+    truth = truth_of(tmp_path, '{ kind = "gaussian", about = "mirror", sigma_deg = 1.2, integral = 0.2 }')
+    _, beam = beam_scan(truth)
+    unit = spiral((30.0, 180.0), 5.0, 0.15, 0.05)
+    found = evaluated(distribution((30.0, 0.0), unit, truth.dsf_per_sr(30.0, 0.0, unit)), beam=beam).values
+    assert abs(found["rho_direct"]) < found["rho_direct_u"] < 3e-3
+    assert abs(found["rho_direct"]) < 5e-4
+    assert found["rho_direct_off_deg"] == 0.0
+
+
+def test_where_the_regular_part_lies_is_no_part_of_its_share(tmp_path: Path) -> None:
+    """Every axis off by as much: the truth is moved, the share stays; of the second order the points' columns, which
+    keep the beam where it is, would make 0.1 to 1 %."""
+    truth = truth_of(tmp_path, SCREEN)
+    _, beam = beam_scan(truth)
+    unit = spiral((180.0, 0.0), 3.0, 0.08, 0.05)
+    shares = []
+    for off_deg in (0.0, 0.02):
+        seen = truth.dsf_per_sr(0.0, 0.0, unit @ _turn(off_deg).T)
+        shares.append(evaluated(distribution((0.0, 0.0), unit, seen), beam=beam).values["tau_direct"])
+    assert shares[1] == pytest.approx(shares[0], rel=3e-4)
+    d = distribution((0.0, 0.0), unit, truth.dsf_per_sr(0.0, 0.0, unit))
+    moved = [truth.dsf_per_sr(0.0, 0.0, unit @ _turn(sign * 0.02).T) for sign in (1.0, -1.0)]
+    d.effects = {"axis x": 0.5 * (moved[0] - moved[1]), "axis_second": 0.5 * (moved[0] + moved[1]) - d.dsf_per_sr}
+    budget = evaluated(d, beam=beam).budgets["tau_direct"]
+    assert budget["axis x"] < 3e-4 * shares[0]
+    assert "axis_second" not in budget
+
+
+def test_haze_beside_coarse_tracks(tmp_path: Path) -> None:
+    """A spiral that ends at 2.5 degrees: its last turn owns directions far outside the cone of the haze."""
+    truth = truth_of(tmp_path, SCREEN)
+    _, beam = beam_scan(truth)
+    coarse = circles(6.0)
+    paths = [coarse[coarse[:, 2] < 0.0], spiral((180.0, 0.0), 2.5, 0.1, 0.05)]
+    unit = np.concatenate(paths)
+    number = np.repeat([0, 1], [len(part) for part in paths])
+    found = evaluated(distribution((0.0, 0.0), unit, truth.dsf_per_sr(0.0, 0.0, unit), number), beam=beam).values
+    assert found["haze"] == pytest.approx(0.1 * np.cos(np.radians(2.5)) ** 2 / 0.15, rel=2e-3)
 
 
 def test_noise_of_the_regular_part_is_that_of_repeats(tmp_path: Path) -> None:
@@ -88,7 +130,7 @@ def test_noise_of_the_regular_part_is_that_of_repeats(tmp_path: Path) -> None:
         stated.append(regular.share.independent)
         assert "p_i" not in regular.share.effects  # sample and beam were divided by the same P_i
     assert np.mean(stated) == pytest.approx(np.std(values, ddof=1), rel=0.4)
-    assert np.mean(values) == pytest.approx(0.05, rel=3e-3)
+    assert np.mean(values) == pytest.approx(0.05, rel=1e-3)
 
 
 def test_a_mirror_has_a_direct_reflectance(tmp_path: Path) -> None:
@@ -101,7 +143,7 @@ def test_a_mirror_has_a_direct_reflectance(tmp_path: Path) -> None:
     flipped = unit * [1.0, 1.0, -1.0]
     seen = truth.dsf_per_sr(*incident_deg, flipped) / 0.05 * 0.9
     found = evaluated(distribution(incident_deg, unit, seen), beam=beam).values
-    assert found["rho_direct"] == pytest.approx(0.9, rel=2e-3)
+    assert found["rho_direct"] == pytest.approx(0.9, rel=5e-4)
     assert "tau_direct" not in found
 
 

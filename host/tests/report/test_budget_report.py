@@ -110,7 +110,7 @@ def test_json_holds_all_and_is_valid(dataset: Dataset) -> None:
 def test_what_has_no_budget_says_so(dataset: Dataset) -> None:
     d = dataset.distributions[0]
     d.effects, d.budgets = {}, {}
-    assert budget.NO_BUDGET in budget.as_text(dataset)
+    assert budget.without_budget(dataset) in " ".join(budget.as_text(dataset).split())
     assert "no uncertainty budget" in uncertainty(dataset)
     assert budget.as_json(dataset)["sections"] == []
 
@@ -137,3 +137,17 @@ def test_command_prints_the_budget(dataset: Dataset, tmp_path: Path, capsys: pyt
     out = capsys.readouterr().out
     assert "incident power: P_i" in out
     assert str(page) in out
+
+
+def test_a_raw_signal_is_called_one_and_fits_a_terminal(dataset: Dataset) -> None:
+    for d in dataset.distributions:
+        d.effects, d.budgets, d.p_i, d.signal_unit = {}, {}, np.nan, "A"
+    text = budget.as_text(dataset)
+    assert "raw signal (unit A)" in text
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_the_overview_leaves_peaks_to_the_full_tables(dataset: Dataset) -> None:
+    overview, _, full = uncertainty(dataset).partition("Each budget in full")
+    assert "peak mirror" not in overview
+    assert "peak mirror" in full

@@ -48,7 +48,7 @@ def test_it_shows_maps_differences_planes_and_paths(page: str) -> None:
 
 def test_numbers_are_those_of_the_comparison(page: str, comparison: Comparison) -> None:
     metrics = comparison.pairs[0].metrics["whole"]
-    row = next(row for row in re.findall(r"<tr>(.*?)</tr>", page) if "<td>whole</td>" in row)
+    row = next(row for row in re.findall(r"<tr>(.*?)</tr>", page) if "<td class=name>whole</td>" in row)
     cells = re.findall(r"<td[^>]*>(.*?)</td>", row)
     assert cells[2] == f"{metrics.points:,}"
     assert float(cells[3]) == pytest.approx(metrics.global_accordance_percent.value, rel=1e-4)

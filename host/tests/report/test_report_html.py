@@ -129,7 +129,7 @@ def test_integrals_are_compared_over_the_measured_directions(page: str) -> None:
 
 
 def test_peaks_are_compared_with_the_same_fit_of_the_truth(page: str) -> None:
-    cells = cells_of(page, "<td>mirror</td>")
+    cells = cells_of(page, "<td class=name>mirror</td>")
     integral, u = (float(part) for part in cells[6].split(" \u00b1 "))
     assert integral == pytest.approx(0.2, rel=0.01)
     assert 0 < u < 0.01 * integral
@@ -222,3 +222,13 @@ def test_three_hundred_thousand_points_are_drawn_small(tmp_path: Path) -> None:
     write_report(Dataset([part], front_faces="interior"), path)
     assert len(part.theta_deg) >= 300_000
     assert path.stat().st_size < 2_000_000
+
+
+def test_a_raw_signal_is_drawn_in_its_own_unit_and_nothing_else(dataset: Dataset) -> None:
+    d = dataset.distributions[0]
+    raw = replace(d, p_i=np.nan, signal_unit="A", dsf_per_sr=np.full(len(d.theta_deg), np.nan), integrals={})
+    page = render(Dataset([raw], provenance={}))
+    assert "Polar maps of the signal" in page
+    assert "Polar maps of the DSF" not in page
+    assert "Scatter plane" not in page
+    assert "<canvas" not in page

@@ -193,7 +193,9 @@ def test_stamps_of_the_sync_are_independent_noise() -> None:
 def test_resolution_of_the_readings_is_independent_noise() -> None:
     """Readings rounded to whole counts, against those that were not, at many places of the arm within a few counts:
     the scatter of the DSF is the stated one. The sample's axes stand: their rounding is no noise."""
-    axes = tuple(replace(axis, counts_per_deg_ratio=axis.counts_per_deg_ratio / 4) for axis in load_instrument(None).axes)
+    axes = tuple(
+        replace(axis, counts_per_deg_ratio=axis.counts_per_deg_ratio / 4) for axis in load_instrument(None).axes
+    )
     scan, points, distribution = noise_free(replace(load_instrument(None), axes=axes))
     angles = angle_changes(points, distribution, scan.instrument, exact_slope(scan))
     rng = np.random.default_rng(9)

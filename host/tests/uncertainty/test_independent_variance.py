@@ -6,6 +6,7 @@ import pytest
 from gonio.protocol.generated.records import SAMPLE_DTYPE
 from gonio.reduce.corrections.dark import Dark
 from gonio.reduce.corrections.light import Gains, light_of
+from gonio.reduce.corrections.noise import light_variance
 from gonio.units.instrument import load_instrument
 
 NOISE_COUNTS = (9.0, 3.0)
@@ -37,8 +38,12 @@ def test_scatter_of_samples(level: float) -> None:
     samples = samples_of(light, rng, gains)
     weight = gains.high_weight(samples)
     found = light_of(samples, time_ns, weight, dark, gains)
-    stated = found.dark_variance + SHOT_PER_COUNT * np.maximum(found.signal, 0.0)
-    # In the dark the positive half of the noise is taken for light with shot noise: here a tenth of the variance.
-    assert found.signal.var() == pytest.approx(float(stated.mean()), rel=0.03 if level > 0.0 else 0.12)
+    stated = light_variance(found.dark_variance, SHOT_PER_COUNT, found.signal)
+    assert found.signal.var() == pytest.approx(float(stated.mean()), rel=0.03)
     # Their mean is off by the error of the dark, which its u states, and by their own scatter.
     assert abs(found.signal.mean() - light) < 4.0 * np.hypot(found.dark_u.mean(), np.sqrt(stated.mean() / COUNT))
+
+
+def test_a_sample_far_below_zero_has_a_variance_still() -> None:
+    variance = light_variance(np.full(3, 4.0), 1.0, np.array([-1e6, -0.5, 3.0]))
+    assert variance == pytest.approx([3.0, 3.5, 7.0])

@@ -1,7 +1,7 @@
 """test_monte_carlo.py: 2000 scans, every error drawn anew: stated 95 % intervals hold the truth in 93 to 97 %."""
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -119,6 +119,25 @@ def test_an_effect_left_out_is_seen(left_out: str) -> None:
         shares.append(float(inside.mean()))
     assert shares[0] > 0.92
     assert shares[1] < 0.92
+
+
+@pytest.mark.parametrize("unsigned", ["tilt_y", "axis arm azimuth", "axis_second"])
+def test_a_column_that_lacks_its_signs_is_seen(unsigned: str) -> None:
+    """A shift of a peak takes from one flank what it gives to the other: with the wrong sign on one of them they would
+    not cancel, and the interval of the peak's integral would hold everything. (The sign of a whole column shows in no
+    single distribution: test_effect_columns.py holds that.)"""
+    scan = reference_scan(30.0)
+    rng = np.random.default_rng(20263)
+    stated = scan.reduced(rng)
+    from_mirror_deg = np.degrees(np.arccos(scan.unit @ np.array([-0.5, 0.0, np.sqrt(0.75)])))
+    weight = integral_weights(scan.unit, scan.solid_angle_sr, from_mirror_deg)["cone 4"]
+    off = scan.repeats(400, rng)[0] - scan.true_dsf
+    wrong = replace(stated, effects=stated.effects | {unsigned: np.abs(stated.effects[unsigned])})
+    right, broken = (
+        float(np.mean(np.abs(off @ weight) <= COVERAGE_FACTOR * linear_result(of, weight).u)) for of in (stated, wrong)
+    )
+    assert 0.92 <= right <= 0.98
+    assert broken > 0.98
 
 
 def without(distribution: Distribution, effect: str) -> Distribution:

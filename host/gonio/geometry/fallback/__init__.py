@@ -2,7 +2,7 @@
 
 from gonio.geometry.fallback.local_fit import local_fit
 from gonio.geometry.fallback.locator import Locator
-from gonio.geometry.fallback.tracks import coarsest_pitch, track_distances
-from gonio.geometry.fallback.triangulation import cells, edges
+from gonio.geometry.fallback.tracks import track_distances
+from gonio.geometry.fallback.triangulation import cells, edges, shared_reach
 
-__all__ = ["Locator", "cells", "coarsest_pitch", "edges", "local_fit", "track_distances"]
+__all__ = ["Locator", "cells", "edges", "local_fit", "shared_reach", "track_distances"]

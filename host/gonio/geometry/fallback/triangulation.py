@@ -24,6 +24,7 @@ _EDGES_AT_ONCE = 1 << 17
 _JOSTLE_FROM = 2000
 _HORIZON_GAP = 4e-6  # points nearer to the horizon are cut as if they were so far: apart from their mirror images
 _ASIDE = 1e-8  # opposite points have no bisector in the plane's sense: one is moved by this
+_ROUNDING = 1.0 + 1e-6  # a place at the end of the reach is within it
 _ON_CIRCLE = 2e-11  # height over the plane of three others at which a fourth point lies on their circle
 
 
@@ -40,13 +41,58 @@ class Facets:
     itself: IntArray  # for each point the one whose cell it shares: itself, as a rule
 
 
-def cells(unit: FloatArray, reach: FloatArray, cut_at_horizon: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
+def cells(
+    unit: FloatArray, reach: FloatArray, shared: NDArray[np.bool_], cut_at_horizon: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Solid angles (n,), weights of linear interpolation (n,) and first moments (n, 3); `reach` (n,) in rad."""
+    if len(shared):
+        reach = shared_reach(unit, reach, shared, cut_at_horizon)
     solid, linear, moment = np.zeros(len(unit)), np.zeros(len(unit)), np.zeros((len(unit), 3))
     for chosen, points, images in parts(unit, cut_at_horizon):
         found = _shared(np.concatenate((points, images)), np.tile(reach[chosen], 1 + bool(len(images))), len(points))
         solid[chosen], linear[chosen], moment[chosen] = found
     return solid, linear, moment
+
+
+def shared_reach(
+    unit: FloatArray, reach: FloatArray, shared: NDArray[np.bool_], cut_at_horizon: bool = True
+) -> FloatArray:
+    """See _sphere.pyi."""
+    result = reach.copy()
+    for chosen, points, images in parts(unit, cut_at_horizon):
+        number = np.tile(chosen, 1 + bool(len(images)))
+        together = np.concatenate((points, images))
+        first, group = _merge(together)
+        facets = _facets(together[first])
+        owner = group if facets is None else facets.itself[group]
+        widest, mine = np.zeros(len(first)), np.zeros(len(first), dtype=bool)
+        np.maximum.at(widest, owner, reach[number])
+        np.logical_or.at(mine, owner, shared[number])
+        if facets is not None:
+            _share(facets, mine, widest)
+        result[chosen] = widest[owner[: len(chosen)]]
+    return result
+
+
+def _share(facets: Facets, mine: NDArray[np.bool_], reach: FloatArray) -> None:
+    """Widens the reach (n,) of the points that are `mine` (n,)."""
+    points, corners, own = facets.points, facets.corners, reach.copy()
+    for k, other in ((0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)):
+        a, b = corners[:, k], corners[:, other]
+        near = mine[a] & mine[b] & (_angle(np.linalg.norm(points[a] - points[b], axis=1)) <= own[a])
+        np.maximum.at(reach, b[near], own[a[near]])
+    places = corners[mine[corners].all(axis=1)]
+    centre = facets.centre[mine[corners].all(axis=1)]
+    distance = _angle(np.linalg.norm(centre - points[places[:, 0]], axis=1)) * _ROUNDING
+    while True:
+        reached = (reach[places].max(axis=1) >= distance) & (reach[places].min(axis=1) < distance)
+        if not reached.any():
+            return
+        np.maximum.at(reach, places[reached], distance[reached, None])
+
+
+def _angle(chord: FloatArray) -> FloatArray:
+    return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * chord, 1.0)))
 
 
 def edges(unit: FloatArray) -> tuple[IntArray, IntArray]:

@@ -6,6 +6,18 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
+# However far noise takes a sample below zero, its variance is no less than this share of the dark's.
+_LEAST_OF_DARK = 0.75
+
+
+def light_variance(dark_variance: FloatArray, shot_per_count: float, signal: FloatArray) -> FloatArray:
+    """Variance (n,) of samples of light, low-gain counts^2: the dark's and shot noise in proportion to the signal.
+
+    A signal below zero takes as much away as one above it adds: the mean over many samples in the dark is the dark's.
+    """
+    return np.maximum(dark_variance + shot_per_count * signal, _LEAST_OF_DARK * dark_variance)
+
+
 def smooth_variance(values: FloatArray) -> FloatArray:
     """Local estimates (n - 4,) of the variance of white noise on a smooth signal: squared fourth differences over 70.
 

@@ -22,6 +22,7 @@ _APERTURES = 0.5
 # Points this much nearer along the track than the fit is wide tell nothing more one by one: means of them are fitted
 # (local_fit averages in cells of 0.4 radii itself, but answers at every point that it is given).
 _RUNS_PER_RADIUS = 4.0
+_LINEAR_UP_TO = 0.3  # times the median of a path
 _NEIGHBOURS = 16
 _STEEPER = 2.0  # than the steepest difference quotient between a run and its neighbours no slope is
 
@@ -116,9 +117,10 @@ def _fit(unit: FloatArray, value: FloatArray, variance: FloatArray, radius_rad: 
     """local_fit of y = asinh(f / s), turned back: grad f = s cosh(y) grad y, and the chain rule for the Hessian.
 
     A peak falls over decades within a few points, which no quadratic follows; its logarithm is one (of a Gaussian
-    exactly). Below s, the median, y is linear in f: there noise may be negative, and a cosine ends at 0.
+    exactly). Below s y is linear in f: there noise may be negative, and a cosine ends at 0. With s under the median
+    the last of a peak's flank, which ends on what is around it, is followed as well.
     """
-    s = float(np.median(np.abs(value)) + 4.0 * np.sqrt(np.median(variance))) or 1.0
+    s = float(_LINEAR_UP_TO * np.median(np.abs(value)) + 4.0 * np.sqrt(np.median(variance))) or 1.0
     y = np.arcsinh(value / s)
     fit = local_fit(unit, y, variance / (s * np.cosh(y)) ** 2, np.ones(len(unit), dtype=bool), radius_rad)
     fit = _believable(fit, unit, y, radius_rad)

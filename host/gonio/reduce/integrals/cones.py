@@ -29,22 +29,43 @@ def cone_share(distribution: Distribution, off_deg: FloatArray, half_angle_deg: 
     A cell at the edge counts by the share of a disc of its area, centred at its point, that a straight edge leaves:
     the circular segment's area, 1/2 + (asin t + t sqrt(1 - t^2)) / pi with t = distance to the edge / radius.
     """
-    radius_deg = np.degrees(np.sqrt(np.maximum(distribution.solid_angle_sr, 0.0) / np.pi))
-    t = np.clip((half_angle_deg - off_deg) / np.maximum(radius_deg, 1e-12), -1.0, 1.0)
+    return _shares(distribution.solid_angle_sr, off_deg, half_angle_deg)
+
+
+def _shares(solid_angle_sr: FloatArray, off_deg: FloatArray, half_angle_deg: float) -> FloatArray:
+    t = np.clip((half_angle_deg - off_deg) / np.maximum(_radius_deg(solid_angle_sr), 1e-12), -1.0, 1.0)
     return np.asarray(0.5 + (np.arcsin(t) + t * np.sqrt(1.0 - t * t)) / np.pi)
+
+
+def _radius_deg(solid_angle_sr: FloatArray) -> FloatArray:
+    """Of discs of these areas."""
+    return np.asarray(np.degrees(np.sqrt(np.maximum(solid_angle_sr, 0.0) / np.pi)))
 
 
 def cone_weights(
     distribution: Distribution, unit: FloatArray, axis: FloatArray, half_angle_deg: float, side: Weights | None = None
 ) -> Weights:
     """Weights of the points (n,), at `unit` (n, 3), for the integral over a cone about the unit vector `axis` (3,). The
-    cone ends at theta = 90 degrees: it takes from the axis's own hemisphere. `side`: that hemisphere's weights."""
+    cone ends at theta = 90 degrees: it takes from the axis's own hemisphere. `side`: that hemisphere's weights.
+
+    Cells along the edge, masked ones too, count by the share of a disc each (cone_share), and together by what the cone
+    has left beside the cells within: the cells of a coarse track, or of a spiral's last turn, are far longer than wide,
+    and their points lie at an end of them.
+    """
     of_side = (unit[:, 2] >= 0.0) == (axis[2] >= 0.0)
     whole = side_weights(distribution, unit, of_side) if side is None else side
-    off_deg = angle_between_deg(unit, axis)
-    share = np.where(of_side, cone_share(distribution, off_deg, half_angle_deg), 0.0)
-    wide_deg = _EDGE_CELLS * np.degrees(np.sqrt(distribution.solid_angle_sr / np.pi))
-    edge = of_side & (np.abs(off_deg - half_angle_deg) <= np.maximum(wide_deg, 0.05 * half_angle_deg))
+    wide_deg = np.maximum(_EDGE_CELLS * _radius_deg(distribution.solid_angle_sr), 0.05 * half_angle_deg)
+    farthest_deg = min(half_angle_deg + float(wide_deg.max()), 180.0)
+    near = np.flatnonzero(of_side & (unit @ axis >= np.cos(np.radians(farthest_deg))))
+    off_deg = angle_between_deg(unit[near], axis)
+    share, edge = np.zeros(len(unit)), np.zeros(len(unit), dtype=bool)
+    share[near] = _shares(distribution.solid_angle_sr[near], off_deg, half_angle_deg)
+    edge[near] = np.abs(off_deg - half_angle_deg) <= wide_deg[near]
+    area = share * distribution.solid_angle_sr
+    along = float(area[edge].sum())
+    if along > 0.0:
+        left = cone_solid_angle_sr(abs(float(axis[2])), half_angle_deg) - float(area[~edge].sum())
+        share[edge] = np.minimum(share[edge] * max(left, 0.0) / along, 1.0)
     return whole.within(share, edge & distribution.measured)
 
 

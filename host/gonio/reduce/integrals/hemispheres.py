@@ -29,10 +29,13 @@ def evaluated(
     changes over them. NAME is rho for the hemisphere of the incident direction, tau for the other one.
 
     NAME_measured, NAME_u: over the measured cells, 2 V - P1 where the triangles are known (quadrature.py), and its
-    combined standard uncertainty: noise, every effect, P_i, `quadrature`, which is NAME_quadrature, |V - P1|, and
-    `coverage`, what the outermost cells may miss. Its budget stands under NAME. NAME_voronoi: V alone.
-    NAME_filled, NAME_filled_u: what a smooth model adds for masked and uncovered directions (fill.py); the effect
-    `coverage` is the model's own. NAME_estimate, NAME_estimate_u: measured and filled together.
+    combined standard uncertainty: noise, every effect, P_i, and `quadrature`, which is NAME_quadrature, |V - P1|. Its
+    budget stands under NAME. NAME_voronoi: V alone. It is what the cells say: an outermost track owns directions up to
+    its reach, 1.5 pitches, with its own values. Of a DSF that changes by s per rad across it that part is too low by
+    about s times the square of the pitch for each rad of track, and no uncertainty tells (measured or estimate).
+    NAME_filled, NAME_filled_u: what interpolation adds for masked and uncovered directions (fill.py), worth nothing
+    where a peak is masked; the effect `coverage` is the interpolation's own. NAME_estimate, NAME_estimate_u: measured
+    and filled together.
     NAME_measured_share: share of the cosine-weighted hemisphere that measured cells cover. For SIDE front and back:
     measured_share_SIDE: measured solid angle over 2 pi; measured_cosine_share_SIDE: the same weighted by cos theta,
     over pi; masked_sr_SIDE: of masked points; uncovered_sr_SIDE: 2 pi less all cells; unfilled_sr_SIDE: masked or
@@ -52,10 +55,8 @@ def evaluated(
         if not omega[inside].any():
             continue  # nothing of this side was measured: no value, not a zero
         sides[upper] = weights = side_weights(distribution, unit, side, projected_sr)
-        fill = fill_holes(distribution, unit, side, edges=projected_sr is None)
+        fill = fill_holes(distribution, unit, side)
         value = integral(distribution, weights)
-        if fill.edge != 0.0:
-            value = value.with_effect("coverage", fill.edge)
         filled = weighted_sum(distribution, fill.weight)
         estimate = weighted_sum(distribution, weights.corrected_sr + fill.weight)
         found.put(f"{name}_measured", value)

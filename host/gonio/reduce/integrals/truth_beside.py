@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Distribution
 from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
+from gonio.reduce.coverage import cells_of_scattered
 from gonio.reduce.integrals.peaks import FIELDS, Peak, evaluated_peak
 from gonio.reduce.integrals.quadrature import side_weights
 from gonio.reduce.integrals.results import weighted_sum
@@ -49,17 +50,28 @@ def beside(distribution: Distribution, truth: KnownTruth) -> dict[str, float]:
     unit = unit_from_angles_deg(distribution.theta_deg, distribution.phi_deg)
     known = replace(distribution, dsf_per_sr=truth.dsf_per_sr(*incident, unit), effects={})
     same_side = (distribution.theta_deg <= 90.0) == (distribution.incident_theta_deg <= 90.0)
+    projected_sr = _projected_sr(distribution, unit)
     result: dict[str, float] = {}
     whole = truth.integrals(*incident)
     for name, side in (("rho", same_side), ("tau", ~same_side)):
         result[f"{name}_truth"] = whole[name]
-        weights = side_weights(known, unit, side)
+        weights = side_weights(known, unit, side, projected_sr)
         result[f"{name}_truth_measured"] = weighted_sum(known, weights.corrected_sr).value
     for name, part in peak_points(distribution).items():
         peak, _ = evaluated_peak(known, part, name, unit)
         if peak is not None:
             result |= _named(name, peak, found)
     return result
+
+
+def _projected_sr(distribution: Distribution, unit: FloatArray) -> FloatArray | None:
+    """Projected solid angles (n,) of the cells of imported points, which were summed with them (reduce/imported.py);
+    None for points of a path, and where the cells have another reach."""
+    if len(distribution.path):
+        return None
+    found = cells_of_scattered(unit)
+    same = np.allclose(found.solid_angle_sr, distribution.solid_angle_sr, rtol=1e-6, atol=1e-12)
+    return np.abs(found.moment[:, 2]) if same else None
 
 
 def peak_points(distribution: Distribution) -> dict[str, slice]:
