@@ -63,6 +63,7 @@ def compare(
         float,
         typer.Option(metavar="DEG", min=0.0, max=90.0, help="How far apart incident directions of A and B may lie."),
     ] = 0.5,
+    full: Annotated[bool, typer.Option("--full", help="Every metric in all its forms, as --json has them.")] = False,
     front: Annotated[
         Front | None, typer.Option(help="B.xml: side that A's front faces; goes before what A says.")
     ] = None,
@@ -75,7 +76,7 @@ def compare(
     """
     from gonio.compare.as_json import as_json as to_json
     from gonio.compare.result import Settings
-    from gonio.compare.table import text
+    from gonio.compare.table import overview, text
     from gonio.dataset.nexus import read_dataset
 
     check_inputs(a, b)
@@ -95,7 +96,7 @@ def compare(
         from gonio.report.compare_html import write_compare
 
         write_compare(found, output)
-    typer.echo(json.dumps(to_json(found), allow_nan=False) if as_json else text(found))
+    typer.echo(json.dumps(to_json(found), allow_nan=False) if as_json else text(found) if full else overview(found))
     if output is not None and not as_json:
         typer.echo(output)
     if min_accordance is not None:

@@ -88,14 +88,53 @@ def counted(metrics: Metrics) -> str:
     return "; ".join(parts)
 
 
+def overview(comparison: Comparison) -> str:
+    """What a comparison found, one row per region, scatter plane and integral."""
+    return "\n".join(_overview(comparison))
+
+
 def text(comparison: Comparison) -> str:
     """The whole comparison for a terminal."""
     return "\n".join(_lines(comparison))
 
 
-def _lines(comparison: Comparison) -> Iterator[str]:
+def _overview(comparison: Comparison) -> Iterator[str]:
+    yield from _names(comparison)
+    regions, planes, integrals = [], [], []
+    for pair in comparison.pairs:
+        name = pair_name(pair)
+        for region, metrics in pair.metrics.items():
+            if region == "whole" or len(pair.metrics) > 2:
+                regions.append((f"{name} {region}", *_in_short(metrics)))
+        for profile in pair.profiles:
+            shares = (_percent(share.value) for share in profile.within_percent)
+            planes.append((f"{name} {profile.region}", _figure(profile.cv_rmsd.value), *shares))
+        integrals += [(f"{name} {row[0]}", *row[1:3], *row[4:]) for row in integral_rows(pair.integrals)]
+    limits = [f"within {share.limit:g} %" for share in next(iter(comparison.pairs[0].metrics.values())).within_percent]
+    yield from _aligned(("", "points", "accordance f [%]", "RMSE [1/sr]", "CV", *limits, "2 u", "chi-square"), regions)
+    yield from _aligned(("scatter plane", "CV(RMSD)", *limits), planes)
+    yield from _aligned(("integral", "A", "B", *INTEGRAL_HEAD[4:]), integrals)
+    yield from _rest(comparison)
+
+
+def _in_short(metrics: Metrics) -> Iterator[str]:
+    f = metrics.global_accordance_percent
+    yield f"{metrics.points}"
+    yield _with_u(f.value, f.u)
+    yield _figure(metrics.rmse_per_sr.value)
+    yield _figure(metrics.cv.value)
+    yield from (_percent(share.value) for share in metrics.within_percent)
+    yield from (_percent(share.value) for share in metrics.within_u if share.limit == COVERAGE_FACTOR)
+    yield _figure(metrics.chi_square_with_correlations_per_point or metrics.chi_square_per_point, 3)
+
+
+def _names(comparison: Comparison) -> Iterator[str]:
     yield f"A (reference): {comparison.a_name}"
     yield f"B ({comparison.b_kind}): {comparison.b_name}"
+
+
+def _lines(comparison: Comparison) -> Iterator[str]:
+    yield from _names(comparison)
     for pair in comparison.pairs:
         yield ""
         yield pair_title(pair)
@@ -112,6 +151,11 @@ def _lines(comparison: Comparison) -> Iterator[str]:
             left = len(profile.used) - int(profile.used.sum())
             yield f"  scatter plane, {profile.region}: {len(profile.used)} angles, {left} left out"
             yield from _aligned(METRIC_HEAD, profile_rows(profile))
+    yield from _rest(comparison)
+
+
+def _rest(comparison: Comparison) -> Iterator[str]:
+    """What was not compared, and remarks."""
     for side, names in (("A", comparison.unmatched_a), ("B", comparison.unmatched_b)):
         if names:
             yield ""

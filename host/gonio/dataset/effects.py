@@ -41,6 +41,7 @@ EFFECTS = {
         Effect("stated", "systematic part as imported data state it", "instrument"),
         Effect("quadrature", "integration: finite number of points", "mount"),
         Effect("coverage", "integration: what was not measured", "mount"),
+        Effect("ground", "separation: ground beneath the direct part", "mount"),
         Effect("smoothing", "deconvolution: what smoothing may hide", "mount"),
         Effect("independent", "noise of the points", "mount"),
         Effect("skirt", "incident power: skirt of the beam, outside the reference scan", "session"),

@@ -216,7 +216,7 @@ def _half_length_rad(tree: cKDTree, units: FloatArray, cell_sr: FloatArray) -> F
     if len(units) < 2:
         return np.full(len(units), np.inf)
     apart = tree.query(units, k=2)[0][:, 1]
-    return np.divide(0.5 * cell_sr, apart, out=np.full(len(units), np.inf), where=apart > 0.0)
+    return np.asarray(np.divide(0.5 * cell_sr, apart, out=np.full(len(units), np.inf), where=apart > 0.0))
 
 
 def _binned(basis: KlemsBasis, share: FloatArray) -> FloatArray:

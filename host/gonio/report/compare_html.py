@@ -84,7 +84,8 @@ def _overview(comparison: Comparison) -> str:
         "chi-square per point",
     ]
     note = (
-        "Global accordance: one less the sum of |B \u2212 A| over the sum of A + B; 98 % is good, 99 % very good. "
+        "Global accordance: one less the root of the sum of (A \u2212 B)\u00b2 over the sum of (A + B)\u00b2; "
+        "98 % is good, 99 % very good. "
         "Local: the mean of the same at every point. Beyond 2 u: points whose difference exceeds twice its standard "
         "uncertainty; 4.6 % are expected. Chi-square: 1 where the uncertainties explain the differences."
     )

@@ -92,6 +92,7 @@ TEST(Triangulation, OfAGridWithPolesMeetsCocircularAndRepeatedPoints) {
 TEST(Triangulation, ExactTiesOnIntegers) {
     // The corners of a cube: six faces of four points exactly in a plane, in any order.
     std::vector<Vec> points;
+    points.reserve(8);
     for (int k = 0; k < 8; ++k) {
         points.push_back({(k & 1) != 0 ? 0.5 : -0.5, (k & 2) != 0 ? 0.5 : -0.5, (k & 4) != 0 ? 0.5 : -0.5});
     }

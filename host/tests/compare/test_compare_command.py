@@ -99,7 +99,7 @@ def test_report(folder: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 
 
 def test_text_and_floor(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main.run(["compare", str(folder / "a.h5"), str(folder / "half.h5"), "--floor", "0.02"]) == 0
+    assert main.run(["compare", str(folder / "a.h5"), str(folder / "half.h5"), "--floor", "0.02", "--full"]) == 0
     out = capsys.readouterr().out
     assert out.startswith(f"A (reference): {folder / 'a.h5'}\nB (dataset): {folder / 'half.h5'}\n")
     assert "visible, incident (20, 10): B has the same points" in out

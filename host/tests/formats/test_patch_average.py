@@ -28,8 +28,8 @@ def test_lambertian_has_one_value_everywhere(count: int) -> None:
 
 
 def test_long_cells_of_a_fly_scan_count_once() -> None:
-    """Samples 0.05 degrees apart on circles 6 degrees apart: most cells hold no direction of the grid."""
-    theta_deg, phi_deg = (v.ravel() for v in np.meshgrid(np.arange(3.0, 90.0, 6.0), np.arange(0.0, 360.0, 0.05)))
+    """Samples at most 0.1 degrees apart on circles 6 degrees apart: most cells hold no direction of the grid."""
+    theta_deg, phi_deg = (v.ravel() for v in np.meshgrid(np.arange(3.0, 90.0, 6.0), np.arange(0.0, 360.0, 0.1)))
     unit = unit_from_angles_deg(theta_deg, phi_deg)
     d = distribution((0, 0), unit, lambda u: 0.3 / np.pi * np.abs(u[:, 2]))
     values = upper(d).patches()

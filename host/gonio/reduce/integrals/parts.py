@@ -94,7 +94,7 @@ def regular_part(
     little of it.
 
     What a ground of second degree, or a cone 0.8 times as wide, would change, the larger of the two, is the effect
-    `smoothing ground`: on a lobe about as narrow as the beam it is most of the uncertainty, as shape alone tells them
+    `ground`: on a lobe about as narrow as the beam it is most of the uncertainty, as shape alone tells them
     apart. A regular part that is less than five standard uncertainties is not looked for off its ideal direction.
 
     P_i cancels between sample and beam; the noise of the beam scan is in the uncertainty, and of noise and residuals
@@ -149,7 +149,7 @@ def regular_part(
     plain = weighted_sum(distribution, weight)
     effects = {key: change for key, change in plain.effects.items() if key.partition(" #")[0] not in _NOT_OF_SHAPE}
     independent = float(np.hypot(max(plain.independent, scatter), plain.value * profile.noise_rel))
-    found = Uncertain(plain.value, independent, effects).with_effect("smoothing ground", of_ground)
+    found = Uncertain(plain.value, independent, effects).with_effect("ground", of_ground)
     return Regular(found, weight, beam_per_sr, float(np.degrees(reach)), float(np.degrees(np.hypot(*off))))
 
 

@@ -22,7 +22,6 @@ BoolArray = NDArray[np.bool_]
 # What 2 V - P1 leaves of a single peak, over the square of the relative |V - P1|: the next terms of the series give 2
 # for a Gaussian; trials about the start of a spiral, and with the flat tops of beams, give up to 8.
 _NEXT_TERM = 8.0
-_GRAZING = 1e-6  # cosine below which a BSDF means nothing
 
 
 @dataclass(frozen=True)
@@ -67,8 +66,10 @@ def side_weights(
     cell = np.where(measured, distribution.solid_angle_sr, 0.0)
     constant = np.ones(len(cell))  # the DSF of which V is exact
     if projected_sr is not None:
-        constant = np.maximum(np.abs(unit[:, 2]), _GRAZING)
-        cell = np.where(measured & (cell > 0.0), projected_sr / constant, 0.0)
+        # At the horizon a point's own cosine says nothing of its cell: a quarter of the cell's mean bounds it.
+        mean = np.divide(projected_sr, cell, out=np.ones(len(cell)), where=cell > 0.0)
+        constant = np.maximum(np.abs(unit[:, 2]), 0.25 * mean)
+        cell = np.where(cell > 0.0, projected_sr / constant, 0.0)
     linear = distribution.linear_solid_angle_sr
     if len(linear) != len(cell) or not measured.any():
         return Weights(cell, np.zeros(len(cell)), False)
