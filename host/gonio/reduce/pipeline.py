@@ -16,6 +16,7 @@ from gonio.reduce.coverage import cells_of_paths
 from gonio.reduce.effects.columns import angles_of, effect_columns, pose_variance
 from gonio.reduce.integrals.hemispheres import evaluated
 from gonio.reduce.integrals.peaks import evaluated_peak, undersampled_note
+from gonio.reduce.integrals.results import Results
 from gonio.reduce.options import OtherBeam, ReduceOptions
 from gonio.reduce.points import Points, binned, distribution_of, points_of, unreachable_points
 from gonio.reduce.power import Power, power_of
@@ -119,12 +120,16 @@ class _Work:
         distribution.variance_per_sr2 += pose_variance(angles, self.stamp_u_us)
         distribution.effects = effect_columns(points, distribution, self.instrument, self.power.reference, angles)
         self.ready(distribution)
-        evaluated(distribution, beam=self.power.distribution).into(distribution)
+        flown_about = [(numbers[path_id], path.name) for path_id, path in paths.items() if path.kind == "peak"]
+        with ThreadPoolExecutor(1) as beside:  # sums and fits ask nothing of each other
+            sums = beside.submit(evaluated, distribution, beam=self.power.distribution)
+            peaks = [_peak(distribution, points, number, name) for number, name in flown_about]
+            sums.result().into(distribution)
         distribution.integrals |= _incidence(own, incident_deg)
         notes = []
-        for path_id, path in paths.items():
-            if path.kind == "peak":
-                notes += _peak(distribution, points, numbers[path_id], path.name)
+        for results, of_peak in peaks:
+            results.into(distribution)
+            notes += of_peak
         return distribution, notes
 
     def _points(self, own: list[Flown], numbers: dict[int, int], incident_deg: tuple[float, float]) -> Points:
@@ -149,17 +154,13 @@ def _incidence(own: list[Flown], incident_deg: tuple[float, float]) -> dict[str,
     }
 
 
-def _peak(distribution: Distribution, points: Points, number: int, name: str) -> list[str]:
-    """Adds the results of the peak that the path `number` was flown about; notes for the user."""
+def _peak(distribution: Distribution, points: Points, number: int, name: str) -> tuple[Results, list[str]]:
+    """Results of the peak that the path `number` was flown about, nothing where it has none; notes for the user."""
     # One piece: where a path was flown in two segments, nothing of this incident direction lies between them.
     own = np.flatnonzero(points.path == number)
     of_path = slice(int(own[0]), int(own[-1]) + 1)
     peak, results = evaluated_peak(distribution, of_path, name, points.unit)
     if peak is None:
-        return []
-    results.into(distribution)
-    distribution.integrals |= {
-        f"peak {name} first_point": float(of_path.start),
-        f"peak {name} points": float(len(own)),
-    }
-    return undersampled_note(name, peak)
+        return Results(), []
+    results.values |= {f"peak {name} first_point": float(of_path.start), f"peak {name} points": float(len(own))}
+    return results, undersampled_note(name, peak)
