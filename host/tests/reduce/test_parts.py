@@ -9,6 +9,7 @@ from signature_scene import beam_scan, circles, distribution, spiral, truth_of
 
 from gonio.dataset.bsdf import Distribution
 from gonio.geometry.directions import mirror, through
+from gonio.reduce.integrals.cones import cone
 from gonio.reduce.integrals.hemispheres import evaluated
 from gonio.reduce.integrals.parts import regular_part
 from gonio.reduce.integrals.quadrature import side_weights
@@ -107,7 +108,12 @@ def test_haze_beside_coarse_tracks(tmp_path: Path) -> None:
     paths = [coarse[coarse[:, 2] < 0.0], spiral((180.0, 0.0), 2.5, 0.1, 0.05)]
     unit = np.concatenate(paths)
     number = np.repeat([0, 1], [len(part) for part in paths])
-    found = evaluated(distribution((0.0, 0.0), unit, truth.dsf_per_sr(0.0, 0.0, unit), number), beam=beam).values
+    seen = distribution((0.0, 0.0), unit, truth.dsf_per_sr(0.0, 0.0, unit), number)
+    constant = replace(seen, dsf_per_sr=np.ones(len(unit)), linear_solid_angle_sr=np.zeros(0))
+    for half_angle_deg in (2.0, 2.5, 3.0, 5.0, 7.0):
+        cone_sr = 2.0 * np.pi * (1.0 - np.cos(np.radians(half_angle_deg)))
+        assert cone(constant, (180.0, 0.0), half_angle_deg).value == pytest.approx(cone_sr, rel=0.01)
+    found = evaluated(seen, beam=beam).values
     assert found["haze"] == pytest.approx(0.1 * np.cos(np.radians(2.5)) ** 2 / 0.15, rel=2e-3)
 
 

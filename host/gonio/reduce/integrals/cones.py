@@ -2,18 +2,23 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from gonio.dataset.bsdf import Distribution
 from gonio.dataset.uncertainty import Uncertain
-from gonio.geometry.directions import angle_between_deg, mirror, retro, through, unit_from_angles_deg
+from gonio.geometry.directions import angle_between_deg, mirror, retro, tangent_frame, through, unit_from_angles_deg
 from gonio.reduce.integrals.quadrature import Weights, integral, side_weights
 from gonio.reduce.integrals.results import Results
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 HALF_ANGLE_DEG = 7.0  # paper [1]: +-7 degrees about straight through
 LEAST_SHARE = 0.9  # of the cone, that must be measured for a cone to be written
 _EDGE_CELLS = 1.5  # the edge of a cone is this many cell radii wide, on either side
+_COMPACT = 0.005  # of the cone: as long as the shares of discs add up to it so well they will do
+_PLACES = 12_000  # in the cone, where they do not
+_LONGEST_DEG = 15.0  # from the edge to a point whose cell may cross it
 _NAMED = {"mirror": mirror, "retro": retro, "through": through}
 
 
@@ -23,37 +28,19 @@ def direction_of(distribution: Distribution, name: str) -> tuple[float, float]:
     return float(theta_deg), float(phi_deg)
 
 
-def cone_share(distribution: Distribution, off_deg: FloatArray, half_angle_deg: float) -> FloatArray:
-    """Share (n,) of each cell that lies within the cone, of points `off_deg` (n,) from its axis.
-
-    A cell at the edge counts by the share of a disc of its area, centred at its point, that a straight edge leaves:
-    the circular segment's area, 1/2 + (asin t + t sqrt(1 - t^2)) / pi with t = distance to the edge / radius.
-    """
-    return _shares(distribution.solid_angle_sr, off_deg, half_angle_deg)
-
-
-def _shares(solid_angle_sr: FloatArray, off_deg: FloatArray, half_angle_deg: float) -> FloatArray:
-    t = np.clip((half_angle_deg - off_deg) / np.maximum(_radius_deg(solid_angle_sr), 1e-12), -1.0, 1.0)
-    return np.asarray(0.5 + (np.arcsin(t) + t * np.sqrt(1.0 - t * t)) / np.pi)
-
-
-def _radius_deg(solid_angle_sr: FloatArray) -> FloatArray:
-    """Of discs of these areas."""
-    return np.asarray(np.degrees(np.sqrt(np.maximum(solid_angle_sr, 0.0) / np.pi)))
-
-
 def cone_weights(
     distribution: Distribution, unit: FloatArray, axis: FloatArray, half_angle_deg: float, side: Weights | None = None
 ) -> Weights:
     """Weights of the points (n,), at `unit` (n, 3), for the integral over a cone about the unit vector `axis` (3,). The
     cone ends at theta = 90 degrees: it takes from the axis's own hemisphere. `side`: that hemisphere's weights.
 
-    Cells along the edge, masked ones too, count by the share of a disc each (cone_share), and together by what the cone
-    has left beside the cells within: the cells of a coarse track, or of a spiral's last turn, are far longer than wide,
-    and their points lie at an end of them.
+    A compact cell along the edge counts by the share of a disc of its area. Where these do not add up to the cone
+    (cells of a coarse track, or of a spiral's last turn, are far longer than wide, and cross the edge with one end)
+    places in the cone are counted instead.
     """
     of_side = (unit[:, 2] >= 0.0) == (axis[2] >= 0.0)
     whole = side_weights(distribution, unit, of_side) if side is None else side
+    cone_sr = cone_solid_angle_sr(abs(float(axis[2])), half_angle_deg)
     wide_deg = np.maximum(_EDGE_CELLS * _radius_deg(distribution.solid_angle_sr), 0.05 * half_angle_deg)
     farthest_deg = min(half_angle_deg + float(wide_deg.max()), 180.0)
     near = np.flatnonzero(of_side & (unit @ axis >= np.cos(np.radians(farthest_deg))))
@@ -61,12 +48,60 @@ def cone_weights(
     share, edge = np.zeros(len(unit)), np.zeros(len(unit), dtype=bool)
     share[near] = _shares(distribution.solid_angle_sr[near], off_deg, half_angle_deg)
     edge[near] = np.abs(off_deg - half_angle_deg) <= wide_deg[near]
-    area = share * distribution.solid_angle_sr
-    along = float(area[edge].sum())
-    if along > 0.0:
-        left = cone_solid_angle_sr(abs(float(axis[2])), half_angle_deg) - float(area[~edge].sum())
-        share[edge] = np.minimum(share[edge] * max(left, 0.0) / along, 1.0)
+    if abs(float(share @ distribution.solid_angle_sr) / cone_sr - 1.0) > _COMPACT:
+        share, edge = _counted(distribution, unit, of_side, axis, half_angle_deg)
     return whole.within(share, edge & distribution.measured)
+
+
+def _shares(solid_angle_sr: FloatArray, off_deg: FloatArray, half_angle_deg: float) -> FloatArray:
+    """Share (n,) of each cell that lies within the cone, of points `off_deg` (n,) from its axis: of a disc of the
+    cell's area, centred at its point, what a straight edge leaves. That is the circular segment's area,
+    1/2 + (asin t + t sqrt(1 - t^2)) / pi with t = distance to the edge / radius."""
+    t = np.clip((half_angle_deg - off_deg) / np.maximum(_radius_deg(solid_angle_sr), 1e-12), -1.0, 1.0)
+    return np.asarray(0.5 + (np.arcsin(t) + t * np.sqrt(1.0 - t * t)) / np.pi)
+
+
+def _counted(
+    distribution: Distribution, unit: FloatArray, of_side: BoolArray, axis: FloatArray, half_angle_deg: float
+) -> tuple[FloatArray, BoolArray]:
+    """Shares (n,) and which cells (n,) may cross the edge. Those count by the places of a lattice in the cone that are
+    nearest to them; the others are in it whole, or not at all. A cell reaches no farther than its area over the
+    distance to the nearest point: it is a strip as wide as a track's samples are apart, to one side of the last track.
+    """
+    reach_deg = half_angle_deg + _LONGEST_DEG
+    near = np.flatnonzero(of_side & (unit @ axis >= np.cos(np.radians(min(reach_deg, 180.0)))))
+    share, edge = np.zeros(len(unit)), np.zeros(len(unit), dtype=bool)
+    if len(near) < 2:
+        return share, edge
+    tree = cKDTree(unit[near], balanced_tree=False)
+    apart = np.maximum(tree.query(unit[near], k=2)[0][:, 1], 1e-6)
+    length_deg = np.degrees(np.minimum(distribution.solid_angle_sr[near] / apart, np.pi))
+    off_deg = angle_between_deg(unit[near], axis)
+    crosses = np.abs(off_deg - half_angle_deg) <= length_deg
+    place, place_sr = _lattice(axis, half_angle_deg)
+    distance, nearest = tree.query(place[(place[:, 2] >= 0.0) == (axis[2] >= 0.0)])
+    covered = distance <= np.radians(length_deg[nearest])  # a cell ends at its point's reach
+    counted = place_sr * np.bincount(nearest[covered], minlength=len(near))
+    area = np.where(crosses, counted, np.where(off_deg < half_angle_deg, distribution.solid_angle_sr[near], 0.0))
+    omega = distribution.solid_angle_sr[near]
+    share[near] = np.divide(area, omega, out=np.zeros(len(near)), where=omega > 0.0)
+    edge[near] = crosses & (omega > 0.0)
+    return share, edge
+
+
+def _lattice(axis: FloatArray, half_angle_deg: float) -> tuple[FloatArray, float]:
+    """Places (m, 3), evenly spread over the cone (a spiral that turns by the golden angle), and the solid angle of
+    each."""
+    turn = np.arange(_PLACES)
+    height = 1.0 - (1.0 - np.cos(np.radians(half_angle_deg))) * (turn + 0.5) / _PLACES
+    across, azimuth = np.sqrt(1.0 - height**2), turn * np.pi * (3.0 - np.sqrt(5.0))
+    places = np.stack((across * np.cos(azimuth), across * np.sin(azimuth), height), axis=1) @ tangent_frame(axis)
+    return np.asarray(places), float(2.0 * np.pi * (1.0 - np.cos(np.radians(half_angle_deg))) / _PLACES)
+
+
+def _radius_deg(solid_angle_sr: FloatArray) -> FloatArray:
+    """Of discs of these areas."""
+    return np.asarray(np.degrees(np.sqrt(np.maximum(solid_angle_sr, 0.0) / np.pi)))
 
 
 def cone(distribution: Distribution, direction_deg: tuple[float, float], half_angle_deg: float) -> Uncertain:
