@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from gonio.compare.field import Evaluable
     from gonio.compare.result import Comparison, Settings
     from gonio.dataset.bsdf import Dataset, Distribution, Side
+    from gonio.simulate.closed_form import Truth
 
 
 def register(app: typer.Typer) -> None:
@@ -64,6 +65,14 @@ def compare(
         typer.Option(metavar="DEG", min=0.0, max=90.0, help="How far apart incident directions of A and B may lie."),
     ] = 0.5,
     full: Annotated[bool, typer.Option("--full", help="Every metric in all its forms, as --json has them.")] = False,
+    signature: Annotated[
+        bool,
+        typer.Option(
+            "--signature",
+            help="B.toml in closed form: taken bare, and seen through the free beam that A has measured instead of the "
+            "scenario's own.",
+        ),
+    ] = False,
     front: Annotated[
         Front | None, typer.Option(help="B.xml: side that A's front faces; goes before what A says.")
     ] = None,
@@ -78,6 +87,7 @@ def compare(
     from gonio.compare.result import Settings
     from gonio.compare.table import overview, text
     from gonio.dataset.nexus import read_dataset
+    from gonio.units.errors import UsageError
 
     check_inputs(a, b)
     check_outputs(output, inputs=[a, b])
@@ -85,7 +95,9 @@ def compare(
     reference = read_dataset(a)
     suffix = b.suffix.lower()
     if suffix == ".toml":
-        found = _with_scenario(reference, a, b, settings)
+        found = _with_scenario(reference, a, b, settings, signature=signature)
+    elif signature:
+        raise UsageError(f"{b}: --signature is for a scenario in closed form: leave it out")
     elif suffix == ".xml":
         found = _with_matrices(reference, a, b, settings, reference.front_faces if front is None else front.value)
     else:
@@ -103,7 +115,7 @@ def compare(
         _check(found, min_accordance)
 
 
-def _with_scenario(reference: "Dataset", a: Path, b: Path, settings: "Settings") -> "Comparison":
+def _with_scenario(reference: "Dataset", a: Path, b: Path, settings: "Settings", *, signature: bool) -> "Comparison":
     """A closed form is evaluated; a traced sample is simulated at A's points."""
     from gonio.compare.comparing import compare_datasets, compare_with_model
     from gonio.simulate.bundle import read_document
@@ -115,7 +127,12 @@ def _with_scenario(reference: "Dataset", a: Path, b: Path, settings: "Settings")
         raise UsageError(f"{b}: no sample: give [sample] a kind (traced) or components (closed form)")
     if "kind" not in sample:
         truth = Truth.from_scenario(b)
-        return compare_with_model(reference, lambda _: truth, names, settings, "scenario")
+        model = _seen(truth, reference, a) if signature else truth
+        return compare_with_model(reference, lambda _: model, names, settings, "scenario")
+    if signature:
+        raise UsageError(
+            f"{b}: --signature is for a scenario in closed form: a traced one has its own beam; leave it out"
+        )
     from gonio.simulate.progress import PhotonProgress
     from gonio.simulate.request import Request
     from gonio.simulate.simulation import simulate
@@ -125,6 +142,16 @@ def _with_scenario(reference: "Dataset", a: Path, b: Path, settings: "Settings")
     for remark in done.remarks:
         typer.echo(f"gonio: {remark}", err=True)
     return compare_datasets(reference, done.dataset, names, settings, "simulation")
+
+
+def _seen(truth: "Truth", reference: "Dataset", a: Path) -> "Evaluable":
+    from gonio.compare.seen import SeenModel
+    from gonio.simulate.closed_form import BareTruth
+    from gonio.units.errors import UsageError
+
+    if reference.beam is None or not len(reference.beam.theta_deg):
+        raise UsageError(f"{a}: holds no scan of the free beam: leave out --signature")
+    return SeenModel(BareTruth(truth), reference.beam)
 
 
 def _with_matrices(reference: "Dataset", a: Path, b: Path, settings: "Settings", faces: "Side") -> "Comparison":

@@ -160,6 +160,18 @@ class Truth:
         return lambda angle: np.asarray(np.where(angle <= end, seen(np.minimum(angle, end)), 0.0))
 
 
+class BareTruth:
+    """The DSF of a truth's sample itself, as no instrument sees it; the straight-through beam, no function, is not in
+    it."""
+
+    def __init__(self, truth: Truth) -> None:
+        self._truth = truth
+
+    def dsf_per_sr(self, incident_theta_deg: float, incident_phi_deg: float, outgoing: FloatArray) -> FloatArray:
+        """DSF [1/sr] (n,) towards unit vectors (n, 3)."""
+        return self._truth.dsf_per_sr(incident_theta_deg, incident_phi_deg, outgoing, convolved=False)
+
+
 def _cosine(angle_rad: FloatArray) -> FloatArray:
     return np.maximum(np.cos(angle_rad), 0.0)
 
