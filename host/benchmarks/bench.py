@@ -9,8 +9,7 @@ import struct
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ import google_crc32c
 import numpy as np
 from cells import rows as rows_of_cells
 from reduction import reduction
+from rows import row, seconds
 
 from gonio.protocol.frames import encode_frame
 from gonio.protocol.generated import records
@@ -25,32 +25,6 @@ from gonio.rawlog.decode import decode_sample_blocks
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLES_PER_BLOCK = 100
-
-
-def seconds(work: Callable[[], object], runs: int) -> float:
-    """Median wall time of `runs` calls."""
-    times = []
-    for _ in range(runs):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
-
-
-def row(
-    name: str, unit: str, ours: float, peer: float | None, peer_name: str, runs: int, *, high: bool
-) -> dict[str, Any]:
-    """One line of a table; `ratio` > 1 means that ours is better. A peer of None was not run."""
-    ratio = None if peer is None else (ours / peer if high else peer / ours)
-    return {
-        "name": name,
-        "unit": unit,
-        "ours": ours,
-        "peer": peer,
-        "peer_name": peer_name,
-        "ratio": ratio,
-        "runs": runs,
-    }
 
 
 def decode() -> list[dict[str, Any]]:
@@ -77,7 +51,7 @@ def decode() -> list[dict[str, Any]]:
 
 def cells() -> list[dict[str, Any]]:
     """Spherical cells of irregular points, against scipy's own, and their growth over a scan's path."""
-    return rows_of_cells(row, seconds)
+    return rows_of_cells()
 
 
 def sampler() -> list[dict[str, Any]]:

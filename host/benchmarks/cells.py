@@ -8,12 +8,12 @@ import resource
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rows import row, seconds
 from scipy.spatial import SphericalVoronoi
 
 from gonio.geometry.cells import cells, solid_angles_sr
@@ -58,9 +58,7 @@ def measured(n: int) -> dict[str, float]:
     return {"seconds": wall_s, "mib": (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024}
 
 
-def rows(
-    row: Callable[..., dict[str, Any]], seconds: Callable[[Callable[[], object], int], float]
-) -> list[dict[str, Any]]:
+def rows() -> list[dict[str, Any]]:
     """Lines of the table: random points against scipy, then a path of growing length, each in its own process."""
     points = np.random.default_rng(2).normal(size=(200_000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]

@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 from big_scan import write_big_scan
+from rows import row
 from scipy.spatial import SphericalVoronoi
 
 from gonio.geometry.directions import unit_from_angles_deg
@@ -30,8 +31,8 @@ def reduction(sizes: tuple[int, ...] = SIZES) -> list[dict[str, Any]]:
             times, memory_mib = zip(*(_run(raw, reduced) for _ in range(runs)), strict=True)
             peer = _cells_alone(reduced) if samples <= _PEER_MOST else None
         ours = float(np.median(times))
-        rows.append(_row(f"gonio reduce, {samples:,} samples", "s", ours, peer, "scipy's cells alone", runs))
-        rows.append(_row(f"its peak memory, {samples:,} samples", "MiB", max(memory_mib), None, "-", runs))
+        rows.append(row(f"gonio reduce, {samples:,} samples", "s", ours, peer, "scipy's cells alone", runs, high=False))
+        rows.append(row(f"its peak memory, {samples:,} samples", "MiB", max(memory_mib), None, "-", runs, high=False))
     return rows
 
 
@@ -58,19 +59,6 @@ def _cells_alone(reduced: Path) -> float:
     begin = time.perf_counter()
     SphericalVoronoi(unit).calculate_areas()
     return time.perf_counter() - begin
-
-
-def _row(name: str, unit: str, ours: float, peer: float | None, peer_name: str, runs: int) -> dict[str, Any]:
-    ratio = None if peer is None else peer / ours
-    return {
-        "name": name,
-        "unit": unit,
-        "ours": ours,
-        "peer": peer,
-        "peer_name": peer_name,
-        "ratio": ratio,
-        "runs": runs,
-    }
 
 
 if __name__ == "__main__":
