@@ -15,7 +15,7 @@ from typing import Any
 
 import google_crc32c
 import numpy as np
-from cells import rows as rows_of_cells
+from cells import spherical_cells
 from reduction import reduction
 from rows import row, seconds
 
@@ -47,11 +47,6 @@ def decode() -> list[dict[str, Any]]:
     ours = len(payloads) * SAMPLES_PER_BLOCK / seconds(lambda: decode_sample_blocks(payloads), 7) / 1e6
     peer = len(few) * SAMPLES_PER_BLOCK / seconds(plain, 5) / 1e6
     return [row("decode raw sample blocks", "M samples/s", ours, peer, "struct.iter_unpack", 7, high=True)]
-
-
-def cells() -> list[dict[str, Any]]:
-    """Spherical cells of irregular points, against scipy's own, and their growth over a scan's path."""
-    return rows_of_cells()
 
 
 def sampler() -> list[dict[str, Any]]:
@@ -139,7 +134,7 @@ def main() -> None:
     out = Path(sys.argv[1] if len(sys.argv) > 1 else "build/bench")
     out.mkdir(parents=True, exist_ok=True)
     lines = [f"{'':46} {'unit':12} {'ours':>10} {'peer':>10} {'ratio':>8}  peer"]
-    for bench in (decode, sampler, cells, reduction, scan):
+    for bench in (decode, sampler, spherical_cells, reduction, scan):
         rows = bench()
         text = json.dumps({"bench": bench.__name__, "machine": machine(), "rows": rows}, indent=1)
         (out / f"{bench.__name__}.json").write_text(text + "\n")

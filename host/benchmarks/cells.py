@@ -58,7 +58,7 @@ def measured(n: int) -> dict[str, float]:
     return {"seconds": wall_s, "mib": (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024}
 
 
-def rows() -> list[dict[str, Any]]:
+def spherical_cells() -> list[dict[str, Any]]:
     """Lines of the table: random points against scipy, then a path of growing length, each in its own process."""
     points = np.random.default_rng(2).normal(size=(200_000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
