@@ -18,6 +18,8 @@ LEAST_SHARE = 0.9  # of the cone, that must be measured for a cone to be written
 _EDGE_CELLS = 1.5  # the edge of a cone is this many cell radii wide, on either side
 _COMPACT = 0.005  # of the cone: as long as the shares of discs add up to it so well they will do
 _PLACES = 12_000  # in the cone, where they do not
+_EDGE_PLACES = 4_000  # along its edge
+_SMALL_PLACES = 4.0  # a cell of fewer places is small for the lattice
 _LONGEST_DEG = 15.0  # from the edge to a point whose cell may cross it
 _NAMED = {"mirror": mirror, "retro": retro, "through": through}
 
@@ -64,29 +66,39 @@ def _shares(solid_angle_sr: FloatArray, off_deg: FloatArray, half_angle_deg: flo
 def _counted(
     distribution: Distribution, unit: FloatArray, of_side: BoolArray, axis: FloatArray, half_angle_deg: float
 ) -> tuple[FloatArray, BoolArray]:
-    """Shares (n,) and which cells (n,) may cross the edge. Those count by the places of a lattice in the cone that are
-    nearest to them; the others are in it whole, or not at all. A cell reaches no farther than its area over the
-    distance to the nearest point: it is a strip as wide as a track's samples are apart, to one side of the last track.
-    """
-    reach_deg = half_angle_deg + _LONGEST_DEG
-    near = np.flatnonzero(of_side & (unit @ axis >= np.cos(np.radians(min(reach_deg, 180.0)))))
+    """Shares (n,) and which cells (n,) the edge crosses: those that are nearest to places along it. They count by the
+    places of a lattice in the cone that are nearest to them, or, if they are small for it, by the share of a disc. The
+    other cells are in the cone whole, or not at all."""
+    near = np.flatnonzero(of_side & (unit @ axis >= np.cos(np.radians(min(half_angle_deg + _LONGEST_DEG, 180.0)))))
     share, edge = np.zeros(len(unit)), np.zeros(len(unit), dtype=bool)
-    if len(near) < 2:
+    if not len(near):
         return share, edge
-    tree = cKDTree(unit[near], balanced_tree=False)
-    apart = np.maximum(tree.query(unit[near], k=2)[0][:, 1], 1e-6)
-    length_deg = np.degrees(np.minimum(distribution.solid_angle_sr[near] / apart, np.pi))
-    off_deg = angle_between_deg(unit[near], axis)
-    crosses = np.abs(off_deg - half_angle_deg) <= length_deg
-    place, place_sr = _lattice(axis, half_angle_deg)
-    distance, nearest = tree.query(place[(place[:, 2] >= 0.0) == (axis[2] >= 0.0)])
-    covered = distance <= np.radians(length_deg[nearest])  # a cell ends at its point's reach
-    counted = place_sr * np.bincount(nearest[covered], minlength=len(near))
-    area = np.where(crosses, counted, np.where(off_deg < half_angle_deg, distribution.solid_angle_sr[near], 0.0))
     omega = distribution.solid_angle_sr[near]
+    tree = cKDTree(unit[near], balanced_tree=False)
+    off_deg = angle_between_deg(unit[near], axis)
+    place, place_sr = _lattice(axis, half_angle_deg)
+    nearest = tree.query(place[(place[:, 2] >= 0.0) == (axis[2] >= 0.0)])[1]
+    # A cell may end at its reach before its places do; two more than it holds are the lattice's own grain.
+    counted = np.minimum(place_sr * np.bincount(nearest, minlength=len(near)), omega + 2.0 * place_sr)
+    crosses = np.zeros(len(near), dtype=bool)
+    crosses[tree.query(_circle(axis, half_angle_deg))[1]] = True
+    small = omega < _SMALL_PLACES * place_sr
+    of_crossing = np.where(small, _shares(omega, off_deg, half_angle_deg) * omega, counted)
+    area = np.where(crosses, of_crossing, np.where(off_deg < half_angle_deg, omega, 0.0))
     share[near] = np.divide(area, omega, out=np.zeros(len(near)), where=omega > 0.0)
     edge[near] = crosses & (omega > 0.0)
     return share, edge
+
+
+def _circle(axis: FloatArray, half_angle_deg: float) -> FloatArray:
+    """Directions (m, 3) along the cone's edge, where it lies on the axis's side of theta = 90 degrees."""
+    azimuth = np.arange(_EDGE_PLACES) * 2.0 * np.pi / _EDGE_PLACES
+    polar = np.radians(half_angle_deg)
+    about = np.stack(
+        (np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.full(len(azimuth), np.cos(polar)))
+    )
+    circle = np.asarray(about.T @ tangent_frame(axis))
+    return np.asarray(circle[(circle[:, 2] >= 0.0) == (axis[2] >= 0.0)])
 
 
 def _lattice(axis: FloatArray, half_angle_deg: float) -> tuple[FloatArray, float]:
