@@ -8,7 +8,6 @@ import numpy as np
 
 from gonio.dataset.bsdf import Distribution
 from gonio.dataset.effects import effect_of
-from gonio.dataset.uncertainty import Uncertain
 
 COVERAGE_FACTOR = 2.0
 
@@ -63,11 +62,6 @@ def budget_of(quantity: str, value: float, contributions: Mapping[str, float], u
         for name, part in parts
     )
     return Budget(quantity, value, unit, u, tuple(rows))
-
-
-def uncertain_budget(quantity: str, result: Uncertain, unit: str = "") -> Budget:
-    """The budget of a result that was propagated."""
-    return budget_of(quantity, result.value, result.budget, unit)
 
 
 def integral_budget(distribution: Distribution, name: str) -> Budget | None:

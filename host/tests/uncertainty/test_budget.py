@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from few_points import distribution
 
-from gonio.dataset.budget import budget_of, integral_budget, point_budget, uncertain_budget, words_of
+from gonio.dataset.budget import budget_of, integral_budget, point_budget, words_of
 from gonio.dataset.effects import EFFECTS
 from gonio.dataset.uncertainty import combined_u_per_sr, linear_result
 
@@ -14,7 +14,7 @@ from gonio.dataset.uncertainty import combined_u_per_sr, linear_result
 def test_rows_are_the_largest_first_and_make_up_u() -> None:
     d = distribution(1)
     result = linear_result(d, d.solid_angle_sr)
-    budget = uncertain_budget("rho", result)
+    budget = budget_of("rho", result.value, result.budget)
     parts = [row.contribution for row in budget.rows]
     assert parts == sorted(parts, reverse=True)
     assert budget.u == pytest.approx(result.u)

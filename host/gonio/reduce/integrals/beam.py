@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from gonio.dataset.uncertainty import Uncertain
 from gonio.geometry.cells import Cells, cells
 from gonio.geometry.kinematics import SOURCE_LAB
-from gonio.geometry.pitch import path_pitch_rad, reach_rad
+from gonio.geometry.pitch import path_pitch_rad
+from gonio.reduce.coverage import REACH_FACTOR
 from gonio.reduce.integrals.peaks import LEAST_TURNS
 from gonio.reduce.integrals.quadrature import left_of_peak_u
 from gonio.reduce.integrals.results import Results
@@ -22,7 +23,7 @@ ENOUGH_TURNS = 8.0
 # Every other turn is a spiral of twice the pitch. What the turns miss falls with the third power of the pitch where the
 # beam's edge has a continuous slope, and what both halves miss differs by up to twice that.
 _HALVES = 2.0 * 2.0**3
-_SLACK = 1.1  # over half a turn and a step along it: between turns no direction is farther from a sample
+_SLACK = 1.1  # over half a turn and a step along it
 _LEAST_POINTS = 20
 
 
@@ -136,9 +137,10 @@ def measure_beam(
 
 
 def _cells(unit: FloatArray) -> Cells:
-    """Beyond its last turn the disc ends where the next one would take over: a beam that fills it gains nothing."""
-    path = np.zeros(len(unit), dtype=np.int64)
-    pitch, reach = path_pitch_rad(unit, path), reach_rad(unit, path)
+    """Cells of one spiral. Outside its last turn they end where a next one would take over: a beam that fills the disc
+    must not gain what nobody flew over."""
+    pitch = path_pitch_rad(unit, np.zeros(len(unit), dtype=np.int64))
+    reach = REACH_FACTOR * pitch
     step = float(np.quantile(np.linalg.norm(np.diff(unit, axis=0), axis=1), 0.9))
     off = np.arccos(np.clip(unit @ -SOURCE_LAB, -1.0, 1.0))
     last_turn = off > off.max() - pitch
@@ -162,8 +164,7 @@ def _power(
     halves = []
     for half in (even, ~even):
         if half.sum() > _LEAST_POINTS:
-            whole_reach = reach_rad(unit[half], np.zeros(int(half.sum()), dtype=np.int64))
-            of_half = cells(unit[half], reach_rad=whole_reach, cut_at_horizon=False)
+            of_half = _cells(unit[half])
             halves.append(float((2.0 * of_half.solid_angle_sr - of_half.linear_sr) @ signal[half]))
     # Each half has twice the noise variance of the whole, their difference four times.
     between = max(abs(halves[0] - halves[1]) - 2.0 * noise, 0.0) / _HALVES if len(halves) == 2 else 0.0
