@@ -9,7 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 from typer.exceptions import TyperException
 
-from gonio.cli import compare, deconvolve, device, drives, exchange, merge, reduce, report, scan, simulate
+from gonio.cli import compare, deconvolve, device, drives, export, importing, merge, reduce, report, scan, simulate
 from gonio.units.errors import GonioError
 
 INTERNAL_ERROR = 70  # sysexits.h: EX_SOFTWARE
@@ -31,7 +31,8 @@ reduce.register(app)
 merge.register(app)
 compare.register(app)
 deconvolve.register(app)
-exchange.register(app)
+export.register(app)
+importing.register(app)
 report.register(app)
 
 
