@@ -1,4 +1,4 @@
-"""scattering.py: what every model and every simulation file is to the rest: a BSDF that answers in any pair of directions."""
+"""scattering.py: what models and simulation files are to the rest: a BSDF that answers in any pair of directions."""
 
 from dataclasses import dataclass, field
 from enum import IntEnum
