@@ -25,7 +25,7 @@ GENERATED := host/gonio/protocol/generated
 include packaging/cross.mk
 C_FILES = $(shell git ls-files -co --exclude-standard 'firmware/*.c' 'firmware/*.h' 'firmware/*.cpp' 'sim/*.cpp' 'sim/*.hpp' 'host/native/*.cpp' 'host/native/*.hpp')
 
-.PHONY: help setup build demo check test test-native test-sanitize test-fuzz test-host hil bench bench-sim figures coverage soak clean
+.PHONY: help setup build demo check test test-native test-sanitize test-fuzz test-host hil bench bench-sim bench-models figures coverage soak clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 20
@@ -33,7 +33,7 @@ help: ## this list
 setup: $(STAMPS)/apt-build .venv/.installed $(GENERATED)/.stamp $(GPIOD)/.unpacked ## system packages, virtual environment, generated code
 
 build: setup build/native/build.ninja ## goniod and twin
-	@ninja -C build/native --quiet goniod gonio-twin gonio-twin-bench gonio-twin-devices gonio-bench-host gonio-bench-sampler _photons _sphere
+	@ninja -C build/native --quiet goniod gonio-twin gonio-twin-bench gonio-twin-devices gonio-bench-host gonio-bench-sampler _photons _sphere _model
 
 demo: build ## measure a simulated sample from end to end; results in build/demo
 	@docs/examples/demo.sh $(DEMO)
@@ -76,6 +76,9 @@ bench: build ## the hot loops beside their peers; tables and build/bench/*.json
 bench-sim: build ## the photon map beside Radiance's; a table and build/bench/bench_sim.json
 	$(BIN)/python host/benchmarks/bench_sim.py build/bench
 
+bench-models: build ## models and simulation files beside Radiance's chain; a table and build/bench/bench_models.json
+	cd host && ../$(BIN)/python -m benchmarks.models.bench_models ../build/bench
+
 figures: build ## accuracy of a whole scan against the twin's truth
 	cd host && ../$(BIN)/python -m benchmarks.figures
 
@@ -92,7 +95,7 @@ soak: build $(STAMPS)/apt-check $(STAMPS)/apt-hil build/fuzz/build.ninja ## unce
 	@$(FUZZ) -max_total_time=600 -- build/fuzz/firmware/fuzz_* host/fuzz/fuzz_*.py
 
 clean: ## remove what was built (the virtual environment stays)
-	rm -rf build $(GENERATED) host/gonio/simulate/_photons*.so host/gonio/geometry/_sphere*.so
+	rm -rf build $(GENERATED) host/gonio/simulate/_photons*.so host/gonio/geometry/_sphere*.so host/gonio/model/_model*.so
 
 $(STAMPS)/apt-build: PACKAGES := $(BUILD_PACKAGES)
 $(STAMPS)/apt-check: PACKAGES := $(CHECK_PACKAGES)

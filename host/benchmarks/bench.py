@@ -2,7 +2,6 @@
 
 import json
 import os
-import platform
 import resource
 import statistics
 import struct
@@ -17,7 +16,7 @@ import google_crc32c
 import numpy as np
 from cells import spherical_cells
 from reduction import reduction
-from rows import row, seconds
+from rows import machine, row, seconds
 
 from gonio.protocol.frames import encode_frame
 from gonio.protocol.generated import records
@@ -122,12 +121,6 @@ def scan() -> list[dict[str, Any]]:
         row("firmware and twin, 100,000 samples", "s", wall_alone, virtual, real, 3, high=False),
         row("gonio scan, 100,000 samples, all included", "s", wall, virtual, real, 3, high=False),
     ]
-
-
-def machine() -> dict[str, Any]:
-    model = next((line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
-                  if line.startswith("model name")), platform.processor())  # fmt: skip
-    return {"cpu": model, "cores": os.cpu_count(), "python": platform.python_version(), "numpy": np.__version__}
 
 
 def main() -> None:

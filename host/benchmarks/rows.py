@@ -1,9 +1,14 @@
-"""rows.py: a line of a benchmark's table, and the median time that stands in it."""
+"""rows.py: a line of a benchmark's table, the median time that stands in it, and the machine it was taken on."""
 
+import os
+import platform
 import statistics
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 
 def seconds(work: Callable[[], object], runs: int) -> float:
@@ -30,3 +35,10 @@ def row(
         "ratio": ratio,
         "runs": runs,
     }
+
+
+def machine() -> dict[str, Any]:
+    """Processor and versions."""
+    model = next((line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
+                  if line.startswith("model name")), platform.processor())  # fmt: skip
+    return {"cpu": model, "cores": os.cpu_count(), "python": platform.python_version(), "numpy": np.__version__}

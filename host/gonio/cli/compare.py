@@ -13,9 +13,9 @@ from gonio.cli.options import Front
 from gonio.cli.places import check_inputs, check_outputs
 
 if TYPE_CHECKING:
-    from gonio.compare.field import Evaluable
     from gonio.compare.result import Comparison, Settings
-    from gonio.dataset.bsdf import Dataset, Distribution, Side
+    from gonio.dataset.bsdf import Dataset, Distribution, Side, Symmetry
+    from gonio.dataset.scattering import Bsdf, Scattering
     from gonio.simulate.closed_form import Truth
 
 
@@ -30,8 +30,8 @@ def compare(
         Path,
         typer.Argument(
             metavar="B",
-            help="What is compared with A: a dataset (.h5), a scenario (.toml) or a WINDOW file with Klems matrices "
-            "(.xml).",
+            help="What is compared with A: a dataset or table of points, a scenario (.toml), a model that gonio fit "
+            "wrote, or BSDF XML with Klems matrices or a tensor tree.",
         ),
     ],
     *,
@@ -83,6 +83,7 @@ def compare(
     A's directions (a traced sample is simulated there), any other dataset is interpolated. Exit status: 0, or 1 where
     --min-accordance is not reached.
     """
+    from gonio.cli.sources import kind_of
     from gonio.compare.as_json import as_json as to_json
     from gonio.compare.result import Settings
     from gonio.compare.table import overview, text
@@ -98,12 +99,14 @@ def compare(
         found = _with_scenario(reference, a, b, settings, signature=signature)
     elif signature:
         raise UsageError(f"{b}: --signature is for a scenario in closed form: leave it out")
-    elif suffix == ".xml":
-        found = _with_matrices(reference, a, b, settings, reference.front_faces if front is None else front.value)
-    else:
+    elif (kind := kind_of(b)) in ("dataset", "points"):
         from gonio.compare.comparing import compare_datasets
+        from gonio.formats.detect import read_points
 
-        found = compare_datasets(reference, read_dataset(b), (str(a), str(b)), settings)
+        other = read_dataset(b) if kind == "dataset" else read_points([b])
+        found = compare_datasets(reference, other, (str(a), str(b)), settings)
+    else:
+        found = _with_bsdf(reference, a, b, settings, reference.front_faces if front is None else front.value)
     if output is not None:
         from gonio.report.compare_html import write_compare
 
@@ -118,6 +121,7 @@ def compare(
 def _with_scenario(reference: "Dataset", a: Path, b: Path, settings: "Settings", *, signature: bool) -> "Comparison":
     """A closed form is evaluated; a traced sample is simulated at A's points."""
     from gonio.compare.comparing import compare_datasets, compare_with_model
+    from gonio.compare.per_direction import PerDirection
     from gonio.simulate.bundle import read_document
     from gonio.simulate.closed_form import Truth
     from gonio.units.errors import UsageError
@@ -127,7 +131,7 @@ def _with_scenario(reference: "Dataset", a: Path, b: Path, settings: "Settings",
         raise UsageError(f"{b}: no sample: give [sample] a kind (traced) or components (closed form)")
     if "kind" not in sample:
         truth = Truth.from_scenario(b)
-        model = _seen(truth, reference, a) if signature else truth
+        model = _seen(truth, reference, a) if signature else PerDirection(truth.dsf_per_sr)
         return compare_with_model(reference, lambda _: model, names, settings, "scenario")
     if signature:
         raise UsageError(
@@ -144,33 +148,52 @@ def _with_scenario(reference: "Dataset", a: Path, b: Path, settings: "Settings",
     return compare_datasets(reference, done.dataset, names, settings, "simulation")
 
 
-def _seen(truth: "Truth", reference: "Dataset", a: Path) -> "Evaluable":
-    from gonio.compare.seen import SeenModel
+def _seen(truth: "Truth", reference: "Dataset", a: Path) -> "Scattering":
+    from gonio.compare.per_direction import PerDirection
+    from gonio.compare.seen import seen_through
     from gonio.simulate.closed_form import BareTruth
     from gonio.units.errors import UsageError
 
     if reference.beam is None or not len(reference.beam.theta_deg):
         raise UsageError(f"{a}: holds no scan of the free beam: leave out --signature")
-    return SeenModel(BareTruth(truth), reference.beam)
+    return seen_through(PerDirection(BareTruth(truth).dsf_per_sr), reference.beam)
 
 
-def _with_matrices(reference: "Dataset", a: Path, b: Path, settings: "Settings", faces: "Side") -> "Comparison":
-    """The channel called solar takes the file's solar matrices, visible or an only other one the visible ones."""
+def _with_bsdf(reference: "Dataset", a: Path, b: Path, settings: "Settings", faces: "Side") -> "Comparison":
+    """A file that answers in any direction. In the frame of A: XML files have their own, which A's front ties to it."""
+    from gonio.cli.sources import kind_of, open_bsdf
     from gonio.compare.comparing import compare_with_model
-    from gonio.compare.klems_model import KlemsModel
-    from gonio.formats.window_reader import read
+    from gonio.units.errors import UsageError
 
-    window = read(b)
-    others = {d.channel for d in reference.distributions} - {"solar"}
+    kind = kind_of(b)
+    in_xml = kind in ("matrices", "tree")
+    bsdf = open_bsdf(b, symmetry=_declared(reference), front=faces if in_xml and faces != "undeclared" else None)
+    if in_xml and faces == "undeclared":
+        raise UsageError(
+            f"{a}: it is not declared which way the sample's front faces: give --front exterior or --front interior"
+        )
+    names = {d.channel for d in reference.distributions}
+    remarks = [] if in_xml else [sentence for sentence in bsdf.validity if "extrapolat" in sentence]
+    return compare_with_model(
+        reference,
+        lambda d: channel_for(bsdf, d, names),
+        (str(a), str(b)),
+        settings,
+        kind if kind in ("matrices", "tree") else "model",
+        remarks,
+    )
 
-    def model_of(distribution: "Distribution") -> "Evaluable | None":
-        if distribution.channel == "solar":
-            return KlemsModel(window, "Solar", faces)
-        visible = distribution.channel == "visible" or len(others) == 1
-        return KlemsModel(window, "Visible", faces) if visible else None
 
-    remarks = [finding.message for finding in window.findings.of("warning")]
-    return compare_with_model(reference, model_of, (str(a), str(b)), settings, "matrices", remarks)
+def channel_for(bsdf: "Bsdf", distribution: "Distribution", names: set[str]) -> "Scattering | None":
+    """The channel of that name; else the only channel that is not solar for the only one that is not."""
+    own, others = distribution.channel, set(bsdf.channels) - {"solar"}
+    if own in bsdf.channels:
+        return bsdf.channels[own]
+    return bsdf.channels[others.pop()] if own != "solar" and len(names - {"solar"}) == len(others) == 1 else None
+
+
+def _declared(dataset: "Dataset") -> "Symmetry | None":
+    return None if dataset.symmetry == "undeclared" else dataset.symmetry
 
 
 def _check(found: "Comparison", least_percent: float) -> None:

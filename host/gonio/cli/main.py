@@ -9,7 +9,22 @@ from typing import Annotated, NoReturn
 import typer
 from typer.exceptions import TyperException
 
-from gonio.cli import compare, deconvolve, device, drives, export, importing, merge, reduce, report, scan, simulate
+from gonio.cli import (
+    compare,
+    convert,
+    deconvolve,
+    device,
+    drives,
+    export,
+    fit,
+    importing,
+    merge,
+    query,
+    reduce,
+    report,
+    scan,
+    simulate,
+)
 from gonio.units.errors import GonioError
 
 INTERNAL_ERROR = 70  # sysexits.h: EX_SOFTWARE
@@ -31,8 +46,11 @@ reduce.register(app)
 merge.register(app)
 compare.register(app)
 deconvolve.register(app)
+fit.register(app)
 export.register(app)
+convert.register(app)
 importing.register(app)
+query.register(app)
 report.register(app)
 
 

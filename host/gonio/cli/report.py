@@ -33,7 +33,7 @@ def validate(
     ] = Profile.WINDOW,
     as_json: JsonOption = False,
 ) -> None:
-    """Check a WINDOW XML file with Klems matrices: schema, fields, values, energy.
+    """Check BSDF XML, Klems matrices or a tensor tree: schema, units, sides, basis, sums, negative values, reciprocity.
 
     Exit status: 0 good (there may be notes), 1 errors or warnings, 2 unreadable.
     """

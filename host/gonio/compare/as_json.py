@@ -2,7 +2,7 @@
 
 Names are stable; a figure that is undefined is null, so NaN and infinity never appear. A is the reference.
 
-    {"a", "b", "b_kind": "dataset" | "scenario" | "matrices" | "simulation", "reference": "a",
+    {"a", "b", "b_kind": "dataset" | "scenario" | "matrices" | "tree" | "model" | "simulation", "reference": "a",
      "settings": {"incident_tolerance_deg", "floor_per_sr", "cone_deg"},
      "global_accordance_percent": {"lowest", "mean"},           over the distributions, whole
      "distributions": [{

@@ -5,13 +5,14 @@ from typing import Literal
 
 import numpy as np
 
-from gonio.compare.field import Evaluable, ModelField, PointField, incident_read
+from gonio.compare.field import ModelField, PointField, incident_read
 from gonio.compare.match import described, match
 from gonio.compare.pair import Beside, judge_pair
 from gonio.compare.result import Comparison, Pair, Settings
 from gonio.compare.table import pair_name
 from gonio.compare.values import shared_effects
 from gonio.dataset.bsdf import Dataset, Distribution
+from gonio.dataset.scattering import Scattering
 from gonio.units.errors import UsageError
 
 
@@ -64,10 +65,10 @@ def compare_datasets(
 
 def compare_with_model(
     a: Dataset,
-    model_of: Callable[[Distribution], Evaluable | None],
+    model_of: Callable[[Distribution], Scattering | None],
     names: tuple[str, str],
     settings: Settings,
-    kind: Literal["scenario", "matrices"],
+    kind: Literal["scenario", "matrices", "tree", "model"],
     remarks: Sequence[str] = (),
 ) -> Comparison:
     """A model, evaluated at A's directions and at the incident directions that A's axes read. `model_of` gives that of

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gonio.compare.arc import Arc
 from gonio.compare.values import Spread, Values, modelled, values_of
 from gonio.dataset.bsdf import Distribution
+from gonio.dataset.scattering import Scattering
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.geometry.interpolate import Interpolation
 from gonio.geometry.local_fit import local_fit
@@ -24,14 +25,6 @@ _NOTHING = 1e-9  # a corner with less weight than this does not count
 # Radius of the curvature's fit, in pitches of the finest path; the fit itself widens it where points lie farther apart.
 _FIT_PITCHES, _FINEST = 2.5, 0.02
 _TRACK = 2.0  # successive points nearer than this many mean distances follow a track
-
-
-class Evaluable(Protocol):
-    """A model in any direction; gonio.simulate.closed_form.Truth and KlemsModel are such."""
-
-    def dsf_per_sr(self, incident_theta_deg: float, incident_phi_deg: float, outgoing: FloatArray) -> FloatArray:
-        """DSF [1/sr] (n,) towards unit vectors (n, 3); NaN where it has none."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -152,12 +145,12 @@ class PointField:
 class ModelField:
     """A model at one incident direction."""
 
-    def __init__(self, model: Evaluable, incident_theta_deg: float, incident_phi_deg: float) -> None:
-        self._model, self._incident = model, (incident_theta_deg, incident_phi_deg)
+    def __init__(self, model: Scattering, incident_theta_deg: float, incident_phi_deg: float) -> None:
+        self._model, self._incident = model, unit_from_angles_deg([incident_theta_deg], [incident_phi_deg])
 
     def at(self, unit: FloatArray) -> At:
         """At directions (n, 3)."""
-        dsf = self._model.dsf_per_sr(*self._incident, unit)
+        dsf = self._model.dsf_per_sr(self._incident, unit)
         return At(modelled(dsf), np.zeros(len(unit), dtype=np.bool_))
 
 

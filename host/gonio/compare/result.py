@@ -173,7 +173,7 @@ class Comparison:
 
     a_name: str  # file names as given
     b_name: str
-    b_kind: Literal["dataset", "scenario", "matrices", "simulation"]
+    b_kind: Literal["dataset", "scenario", "matrices", "tree", "model", "simulation"]
     pairs: tuple[Pair, ...]
     unmatched_a: tuple[str, ...]  # "visible (30, 0)"
     unmatched_b: tuple[str, ...]

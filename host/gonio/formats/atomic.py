@@ -1,9 +1,10 @@
 """atomic.py: write files beside their places and move them there: a reader never sees half of one or of a set."""
 
 import os
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from gonio.units.errors import UsageError
 
@@ -35,3 +36,18 @@ def write_set(files: Mapping[Path, bytes]) -> None:
         for part in parts.values():
             with suppress(OSError):  # gone already when all went well
                 part.unlink()
+
+
+@contextmanager
+def growing(path: Path) -> Iterator[BinaryIO]:
+    """A file to write piece by piece; it takes its place when the block ends well. UsageError when that fails."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with part.open("wb") as file:
+            yield file
+        os.replace(part, path)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written, {error.strerror}: choose another place") from error
+    finally:
+        with suppress(OSError):  # gone already when all went well
+            part.unlink()

@@ -1,12 +1,14 @@
 """klems_matrices.py: the matrices of a WINDOW file from a dataset, and which were measured, rotated, filled or zero."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Distribution, Side
+from gonio.dataset.scattering import Origin
 from gonio.formats.findings import Findings
 from gonio.formats.klems import KlemsBasis, LightSide, Process, basis_named, incident_place, process_of, to_radiance_deg
 from gonio.formats.patch_average import HemisphereProfile, PatchValues, hemisphere_profile, mean_profile
@@ -15,14 +17,14 @@ from gonio.formats.raw_signal import refuse_raw
 from gonio.units.errors import CheckFailed, UsageError
 
 FloatArray = NDArray[np.float64]
-Band = Literal["Visible", "Solar"]
+Band = Literal["Visible", "Solar", "CIE-X", "CIE-Z"]  # with the last two Visible is CIE-Y, as Radiance has it
 Fill = Literal["none", "nearest"]
-BANDS: tuple[Band, ...] = get_args(Band)
+BANDS: tuple[Band, ...] = ("Visible", "Solar")  # that every file has
 SIDES: tuple[LightSide, ...] = get_args(LightSide)
 PROCESSES: tuple[Process, ...] = get_args(Process)
 
 HORIZON_DEG = 85.0  # points that end before this are said to
-ZERO, MEASURED, ROTATED, FILLED = 0, 1, 2, 3  # where a column comes from
+ZERO, MEASURED, ROTATED, FILLED, MODELLED = 0, 1, 2, 3, 4  # where a column comes from
 
 
 @dataclass
@@ -30,13 +32,15 @@ class MatrixSet:
     """Matrices of one band. Values are BSDF [1/sr], shape (rows = outgoing patches, columns = incident patches)."""
 
     matrices: dict[tuple[Process, LightSide], FloatArray]
-    origin: dict[tuple[Process, LightSide], NDArray[np.uint8]]  # ZERO .. FILLED per column, shape (columns,)
+    origin: dict[tuple[Process, LightSide], NDArray[np.uint8]]  # ZERO .. MODELLED per column, shape (columns,)
     outermost_deg: dict[tuple[Process, LightSide], float] = field(default_factory=dict)  # of measured points, the least
     filled_patches: int = 0  # outgoing patches without a point, taken from the nearest points (own columns only)
     negative_added: float = 0.0  # largest energy per column added by writing negative averages as 0
     negative_patches: int = 0
     # Of measured and rotated columns; none for what was simulated.
     uncertainty: dict[tuple[Process, LightSide], PatchUncertainty] = field(default_factory=dict)
+    # Of what comes from a model: Origin of every cell (rows, columns), where it has one.
+    cells: dict[tuple[Process, LightSide], NDArray[np.uint8]] = field(default_factory=dict)
 
     def unmeasured(self) -> list[str]:
         """Names of matrices of which no column was measured."""
@@ -54,6 +58,7 @@ class KlemsMatrices:
     channel_of: dict[Band, str] = field(default_factory=dict)
     findings: Findings = field(default_factory=lambda: Findings("export"))
     simulated: bool = False  # patch by patch, not measured point by point; MEASURED columns are then simulated ones
+    source: str = ""  # what the values come from, where it is neither points nor a simulation
     notes: list[str] = field(default_factory=list)  # of whoever made them, one sentence each
 
     def column_counts(self, band: Band, process: Process, side: LightSide) -> tuple[int, int, int, int]:
@@ -79,8 +84,10 @@ class KlemsMatrices:
             missing = block.unmeasured()
             if missing:
                 lines.append(f"{band}: not measured, zeros: {', '.join(missing)}.")
+            for (process, side), cells in block.cells.items():
+                lines.append(f"{band} {process} {side}: {counted(cells)}")
             for (process, side), origin in block.origin.items():
-                if not origin.any():
+                if not origin.any() or (process, side) in block.cells:
                     continue
                 measured, rotated, filled, zero = self.column_counts(band, process, side)
                 lines.append(
@@ -159,7 +166,7 @@ def build(
         refuse_raw(mine)
         incidents = [_incident(chosen, d, faces, dataset.symmetry == "isotropic") for d in mine]
         block = _fill_block(chosen, incidents, dataset.symmetry == "isotropic", fill)
-        _clip(block, chosen)
+        clip(block, chosen)
         _check_energy(block, chosen, band, result.findings)
         result.bands[band] = block
     if assume_flat and len(channels) == 1:
@@ -253,7 +260,8 @@ def _column_profile(
     return FILLED, nearest.profiles[process].shifted(turn)
 
 
-def _clip(block: MatrixSet, basis: KlemsBasis) -> None:
+def clip(block: MatrixSet, basis: KlemsBasis) -> None:
+    """Negative averages become 0, which is counted."""
     for matrix in block.matrices.values():
         added = basis.projected_solid_angle_sr @ np.maximum(-matrix, 0.0)
         block.negative_patches += int(np.count_nonzero(matrix < 0))
@@ -278,6 +286,17 @@ def _check_energy(block: MatrixSet, basis: KlemsBasis, band: Band, findings: Fin
         if total[column] > 1.0 + 2.0 * u:
             raise CheckFailed(f"{what}, over 1 by more than twice its uncertainty {u:.4f}; check the reference scan")
         findings.add("warning", "energy", f"{band} {side}", f"{what}, within 2 u = {2 * u:.4f} of 1.")
+
+
+def counted(cells: NDArray[np.uint8]) -> str:
+    """How many cells of each incident patch are of which origin; patches that follow each other and are alike, once."""
+    counts = np.stack([np.count_nonzero(cells == kind, axis=0) for kind in Origin], axis=1)
+    starts = np.concatenate(([0], np.flatnonzero(np.any(counts[1:] != counts[:-1], axis=1)) + 1, [len(counts)]))
+    runs = []
+    for first, end in pairwise(starts.tolist()):
+        patches = f"{first + 1}" if end == first + 1 else f"{first + 1}-{end}"
+        runs.append(f"{patches}: {'/'.join(str(n) for n in counts[first])}")
+    return f"outgoing cells measured/interpolated/extrapolated/absent, by incident patch: {'; '.join(runs)}."
 
 
 def empty_set(basis: KlemsBasis) -> MatrixSet:

@@ -1,17 +1,19 @@
-"""window_xml.py: WINDOW XML with Klems matrices: writes a dataset's; reading is in window_reader.py."""
+"""window_xml.py: writes WINDOW XML with Klems matrices, a dataset's or a model's; reading is in window_reader.py."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gonio.dataset.bsdf import Dataset, Side
+from gonio.dataset.bsdf import Dataset, Polarisation, Side, Symmetry
 from gonio.formats import atomic, patch_table
 from gonio.formats.klems import KlemsBasis, LightSide, Process
-from gonio.formats.klems_matrices import BANDS, PROCESSES, SIDES, Band, Fill, KlemsMatrices, build
+from gonio.formats.klems_matrices import PROCESSES, SIDES, Band, Fill, KlemsMatrices, build
+from gonio.formats.validity import FRONT_SENTENCE
 from gonio.formats.window_reader import WindowBsdf, read
 
 __all__ = ["NAMESPACE", "ThermalValues", "WindowBsdf", "read", "render", "write"]
@@ -56,7 +58,17 @@ def write(
     return built
 
 
-def render(dataset: Dataset, built: KlemsMatrices, thermal: ThermalValues) -> bytes:
+class Described(Protocol):
+    """What a file says of the sample: a Dataset or a Bsdf."""
+
+    sample_name: str
+    manufacturer: str
+    thickness_mm: float | None
+    polarisation: Polarisation
+    symmetry: Symmetry
+
+
+def render(dataset: Described, built: KlemsMatrices, thermal: ThermalValues) -> bytes:
     """The XML document of matrices already built, UTF-8."""
     root = ET.Element("WindowElement")
     root.set("xmlns", NAMESPACE)
@@ -69,7 +81,7 @@ def render(dataset: Dataset, built: KlemsMatrices, thermal: ThermalValues) -> by
     definition = ET.SubElement(layer, "DataDefinition")
     _leaf(definition, "IncidentDataStructure", "Columns")
     _angle_basis(definition, built.basis)
-    for band in BANDS:
+    for band in built.bands:
         for side in SIDES:
             for process in PROCESSES:
                 _matrix(layer, band, process, side, basis=built.basis, values=built.bands[band].matrices[process, side])
@@ -78,7 +90,7 @@ def render(dataset: Dataset, built: KlemsMatrices, thermal: ThermalValues) -> by
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
 
 
-def _material(layer: ET.Element, dataset: Dataset, built: KlemsMatrices, thermal: ThermalValues) -> None:
+def _material(layer: ET.Element, dataset: Described, built: KlemsMatrices, thermal: ThermalValues) -> None:
     material = ET.SubElement(layer, "Material")
     _leaf(material, "Name", dataset.sample_name or "unnamed sample")
     _leaf(material, "Manufacturer", dataset.manufacturer or "not stated")
@@ -92,9 +104,10 @@ def _material(layer: ET.Element, dataset: Dataset, built: KlemsMatrices, thermal
     _leaf(material, "Comments", " ".join(_comments(dataset, built)))
 
 
-def _comments(dataset: Dataset, built: KlemsMatrices) -> Iterator[str]:
-    yield f"Written by gonio from {'a simulation' if built.simulated else 'gonio-photometric points'}."
-    yield f"Front, where light arrives from the exterior, is the sample's {_face(built.front_faces)}."
+def _comments(dataset: Described, built: KlemsMatrices) -> Iterator[str]:
+    source = "a simulation" if built.simulated else built.source or "gonio-photometric points"
+    yield f"Written by gonio from {source}."
+    yield f"{FRONT_SENTENCE}{_face(built.front_faces)}."
     yield f"Polarisation {dataset.polarisation}; symmetry {dataset.symmetry} (as declared)."
     for band, name in built.channel_of.items():
         if name.lower() != band.lower():

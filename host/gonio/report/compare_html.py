@@ -24,6 +24,8 @@ _KINDS = {
     "dataset": "dataset",
     "scenario": "closed form, evaluated at A's directions",
     "matrices": "Klems matrices, evaluated at A's directions",
+    "tree": "tensor tree, evaluated at A's directions",
+    "model": "model, evaluated at A's directions",
     "simulation": "simulated at A's directions",
 }
 

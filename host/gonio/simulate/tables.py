@@ -13,7 +13,7 @@ from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.dataset.nexus import read_dataset
 from gonio.formats import window_reader
 from gonio.formats.klems import KlemsBasis, LightSide, process_of, to_radiance_deg
-from gonio.formats.klems_matrices import Band
+from gonio.formats.klems_matrices import BANDS, Band
 from gonio.geometry.directions import angle_between_deg, angles_deg_from_unit, fold_phi_deg, unit_from_angles_deg
 from gonio.reduce.integrals.hemispheres import integrals
 from gonio.units.errors import UsageError
@@ -192,10 +192,12 @@ def table_of_window(path: Path, band: str, follow: str, cells: int = CELLS) -> T
     """Table of a WINDOW file's Klems matrices, the sample's front facing the exterior: the Solar ones for a band named
     solar or near-infrared, where the file has them, else the Visible ones. Raises UsageError."""
     window = window_reader.read(path)
-    there = {key[0] for key in window.matrices}
+    there = [name for name in BANDS if any(key[0] == name for key in window.matrices)]
+    if not there:
+        raise UsageError(f"{path}: holds no visible or solar matrix: name a file that does")
     wanted: Band = "Solar" if band in ("solar", "near-infrared") else "Visible"
     if wanted not in there:
-        wanted = next(iter(there))
+        wanted = there[0]
     inside = shirley_chiu(cells, _WITHIN)
     patches = {to_room: _patches(window.basis, inside, to_room) for to_room in (True, False)}
     sides: tuple[LightSide, ...] = ("Front", "Back")

@@ -21,6 +21,7 @@ COMMANDS = [
     "reduce",
     "export",
     "import",
+    "query",
     "validate",
     "report",
     "merge",

@@ -153,6 +153,9 @@ def test_the_uncertainty_of_patches_is_a_second_file(capsys: pytest.CaptureFixtu
     export = ["export", "x.h5", "--front", "interior", "-o", "x.xml"]
     assert main.run([*export, "--format", "csv", "--uncertainty", "u.csv"]) == 2
     assert "goes with a klems format" in one_line(capsys)
+    assert main.run([*export, "--format", "klems-half", "--uncertainty", "u.csv"]) == 2
+    assert "give --fill none or --fill nearest" in one_line(capsys)
+    export += ["--fill", "none"]
     assert main.run([*export, "--format", "klems-half", "--uncertainty", "x.xml"]) == 2
     assert "named twice" in one_line(capsys)
     assert main.run([*export, "--format", "klems-half", "--uncertainty", "u.csv"]) == 0

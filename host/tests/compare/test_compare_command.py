@@ -136,9 +136,8 @@ def test_a_traced_sample_is_simulated_at_the_same_points(folder: Path, capsys: p
 def test_matrices_of_the_same_sample(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its own export: white again, but for patches that the points' cells cross."""
     xml = folder / "white.xml"
-    assert (
-        main.run(["export", str(folder / "a.h5"), "--format", "klems-full", "--front", "exterior", "-o", str(xml)]) == 0
-    )
+    export = ["export", str(folder / "a.h5"), "--format", "klems-full", "--front", "exterior", "--fill", "none"]
+    assert main.run([*export, "-o", str(xml)]) == 0
     capsys.readouterr()
     found = compared(folder, "white.xml", capsys, "--front", "exterior")
     (pair,) = found["distributions"]

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,14 +10,11 @@ from compared_data import INCIDENT, FloatArray, dataset, distribution, lattice, 
 from gonio.compare.as_json import as_json
 from gonio.compare.comparing import compare_datasets, compare_with_model
 from gonio.compare.field import PointField
-from gonio.compare.klems_model import KlemsModel
+from gonio.compare.per_direction import PerDirection
 from gonio.compare.result import Pair, Settings
 from gonio.compare.scatter_plane import plane_angles_deg, plane_directions
 from gonio.compare.table import text
-from gonio.dataset.bsdf import Distribution, PointFlag, Side
-from gonio.formats.findings import Findings
-from gonio.formats.klems import BASES
-from gonio.formats.window_reader import WindowBsdf
+from gonio.dataset.bsdf import Distribution, PointFlag
 from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
 from gonio.units.errors import UsageError
 
@@ -30,9 +26,15 @@ class Smooth:
         self.factor = factor
         self.asked: list[tuple[float, float]] = []
 
-    def dsf_per_sr(self, incident_theta_deg: float, incident_phi_deg: float, outgoing: FloatArray) -> FloatArray:
-        self.asked.append((incident_theta_deg, incident_phi_deg))
+    def dsf_at(self, incident_theta_deg: float, incident_phi_deg: float, outgoing: FloatArray) -> FloatArray:
+        self.asked.append((round(incident_theta_deg, 9), round(incident_phi_deg, 9)))
         return self.factor * smooth_per_sr(outgoing)
+
+
+def judged(a: Distribution, model: Smooth) -> Pair:
+    return compare_with_model(
+        dataset(a), lambda _: PerDirection(model.dsf_at), ("a", "b"), Settings(), "scenario"
+    ).pairs[0]
 
 
 def pair_of(a: Distribution, b: Distribution) -> Pair:
@@ -108,7 +110,9 @@ def test_interpolation_against_the_closed_form() -> None:
     assert np.sqrt(np.mean(missed**2)) == pytest.approx(np.sqrt(np.mean(stated**2)), rel=0.1)
     assert np.sqrt(np.mean((missed - stated) ** 2)) < 0.25 * np.sqrt(np.mean(missed**2))
     assert pair.metrics["whole"].global_accordance_percent.value > 99.7  # type: ignore[operator]
-    direct = compare_with_model(dataset(a), lambda _: Smooth(), ("a", "b"), Settings(), "scenario").pairs[0]
+    direct = compare_with_model(
+        dataset(a), lambda _: PerDirection(Smooth().dsf_at), ("a", "b"), Settings(), "scenario"
+    ).pairs[0]
     assert direct.route == "evaluated"
     assert direct.metrics["whole"].global_accordance_percent.value == pytest.approx(100.0, abs=1e-10)
     interpolated, evaluated = (pair.profiles[0], direct.profiles[0])
@@ -162,8 +166,7 @@ def test_points_in_one_plane_are_interpolated_along_it() -> None:
     assert at.interpolation_per_sr is not None
     assert at.interpolation_per_sr[:8] == pytest.approx(missed, abs=0.15 * np.abs(missed).max())
     assert np.isnan(source.at(unit_from_angles_deg([40.0, 40.0], [179.0, 90.0])).values.dsf_per_sr).all()
-    model = compare_with_model(dataset(source.distribution), lambda _: Smooth(1.2), ("a", "b"), Settings(), "scenario")
-    profile = model.pairs[0].profiles[0]
+    profile = judged(source.distribution, Smooth(1.2)).profiles[0]
     assert int(profile.used.sum()) == 1701
     assert profile.b_per_sr / profile.a_per_sr == pytest.approx(np.full(1701, 1.2), rel=0.01)
 
@@ -197,7 +200,9 @@ def test_a_model_is_asked_for_the_direction_that_the_axes_read() -> None:
         of(smooth_per_sr, lattice(300)),
         integrals={"incident_measured_theta_deg": 30.02, "incident_measured_phi_deg": 359.9},
     )
-    pair = compare_with_model(dataset(read), lambda _: model, ("a", "b"), Settings(), "scenario").pairs[0]
+    pair = compare_with_model(
+        dataset(read), lambda _: PerDirection(model.dsf_at), ("a", "b"), Settings(), "scenario"
+    ).pairs[0]
     assert set(model.asked) == {(30.02, 359.9)}
     assert pair.metrics["whole"].global_accordance_percent.value == pytest.approx(100.0 * (1.0 - 0.1 / 2.1))
     assert pair.metrics["whole"].bias_percent.value == pytest.approx(10.0)
@@ -251,53 +256,15 @@ def test_the_scatter_plane() -> None:
         found = plane_directions(*incident, region)[at_30]  # type: ignore[arg-type]
         assert found == pytest.approx(unit_from_angles_deg(*expected), abs=1e-12)
     a = of(smooth_per_sr, lattice(20000))
-    pair = compare_with_model(dataset(a), lambda _: Smooth(1.3), ("a", "b"), Settings(), "scenario").pairs[0]
+    pair = compare_with_model(
+        dataset(a), lambda _: PerDirection(Smooth(1.3).dsf_at), ("a", "b"), Settings(), "scenario"
+    ).pairs[0]
     profile = next(p for p in pair.profiles if p.region == "reflection")
     truth = smooth_per_sr(plane_directions(*INCIDENT, "reflection"))
     expected_cv = 0.3 * np.sqrt(np.mean(truth**2)) / np.mean(truth)
     assert profile.cv_rmsd.value == pytest.approx(expected_cv, rel=0.01)
     assert [share.value for share in profile.within_percent] == [0.0, 0.0, 0.0]
     assert int(profile.used.sum()) == 1701
-
-
-@pytest.mark.parametrize("faces", ["interior", "exterior"])
-def test_matrices_answer_where_the_conventions_say(faces: Side) -> None:
-    """The trial of CONVENTIONS.md: one value at column (40, 0), row (40, 90) of each matrix, in Radiance's frame."""
-    basis = BASES["klems-full"]
-    column, row = int(basis.patch_of(40.0, 0.0)), int(basis.patch_of(40.0, 90.0))
-    for process, side, incident, outgoing in (
-        ("Transmission", "Front", (140.0, 180.0), (40.0, 90.0)),
-        ("Transmission", "Back", (40.0, 180.0), (140.0, 90.0)),
-        ("Reflection", "Front", (140.0, 180.0), (140.0, 90.0)),
-        ("Reflection", "Back", (40.0, 180.0), (40.0, 90.0)),
-    ):
-        matrix = np.zeros((basis.size, basis.size))
-        matrix[row, column] = 2.5
-        window = WindowBsdf(
-            Path("x.xml"),
-            basis,
-            {("Visible", process, side): matrix},
-            {},
-            {},
-            None,
-            Findings("x"),
-            None,  # type: ignore[arg-type, dict-item]
-        )
-
-        def ours(direction: tuple[float, float]) -> tuple[float, float]:
-            return direction if faces == "interior" else (180.0 - direction[0], 180.0 - direction[1])
-
-        model = KlemsModel(window, "Visible", faces)
-        there = model.dsf_per_sr(*ours(incident), unit_from_angles_deg(*ours(outgoing))[None, :])
-        assert there == pytest.approx([2.5 * np.cos(np.radians(40.0))])
-        unit = lattice(20000)
-        everywhere = model.dsf_per_sr(*ours(incident), unit)
-        assert np.nansum(everywhere) * 4.0 * np.pi / 20000 == pytest.approx(
-            2.5 * basis.projected_solid_angle_sr[row], rel=0.1
-        )
-        same_side = (unit[:, 2] > 0) == (ours(outgoing)[0] < 90.0)
-        assert np.isnan(everywhere[~same_side]).all()  # the file has no matrix for that side
-        assert not np.isnan(everywhere[same_side]).any()
 
 
 def test_stored_integrals_stand_side_by_side() -> None:

@@ -1,0 +1,86 @@
+"""sources.py: a BSDF from any file that can be asked: dataset, model, matrices, tensor tree, tables of points."""
+
+# ruff: noqa: PLC0415 - a command imports what it needs when it runs: --help stays fast
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from gonio.cli.saying import say
+
+if TYPE_CHECKING:
+    from gonio.dataset.bsdf import Dataset, Side, Symmetry
+    from gonio.dataset.scattering import Bsdf
+    from gonio.formats.findings import Findings
+
+FileKind = Literal["dataset", "model", "matrices", "tree", "points"]
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_MOST_SAID = 10
+
+
+def kind_of(path: Path) -> FileKind:
+    """What a file is, by its content. Raises UsageError where it cannot be read or is nothing of that."""
+    from gonio.formats.detect import beginning_of, looks_like_xml, point_format
+    from gonio.formats.tensor.read import is_tensor
+
+    beginning = beginning_of(path)
+    if beginning.startswith(_HDF5):
+        from gonio.model.model_file import is_model
+
+        return "model" if is_model(path) else "dataset"
+    if looks_like_xml(beginning):
+        return "tree" if is_tensor(path) else "matrices"
+    point_format(path)
+    return "points"
+
+
+def open_bsdf(path: Path, *, symmetry: "Symmetry | None" = None, front: "Side | None" = None) -> "Bsdf":
+    """Any file as something that answers in any direction. Warnings about the file go to standard error.
+
+    Points are fitted: measured datasets, and tables of points once they were given cells; `symmetry` goes before what
+    they declare. `front`: side that the sample's front faces; goes before what the file says. Raises UsageError, one
+    line.
+    """
+    kind = kind_of(path)
+    if kind == "matrices":
+        from gonio.formats.klems_scattering import window_bsdf
+
+        bsdf, findings = window_bsdf(path, front)
+        _warn(findings)
+        return bsdf
+    if kind == "tree":
+        from gonio.formats.tensor.read import read_tensor
+
+        bsdf, findings = read_tensor(path, front)
+        _warn(findings)
+        return bsdf
+    if kind == "model":
+        from gonio.model.model_file import read_model
+
+        bsdf = read_model(path)
+        if front is not None:
+            bsdf.front_faces = front
+        return bsdf
+    from gonio.model.fitted import fit_bsdf
+
+    dataset = _dataset(path, kind)
+    if front is not None:
+        dataset.front_faces = front
+    return fit_bsdf(dataset, symmetry=symmetry)
+
+
+def _dataset(path: Path, kind: FileKind) -> "Dataset":
+    from gonio.dataset.nexus import read_dataset
+    from gonio.reduce.imported import reduce_dataset
+
+    if kind == "dataset":
+        return reduce_dataset(read_dataset(path))
+    from gonio.formats.detect import read_points
+
+    return reduce_dataset(read_points([path]))
+
+
+def _warn(findings: "Findings") -> None:
+    warnings = findings.of("error", "warning")
+    say(*(f"{findings.source}: {finding.where}: {finding.message}" for finding in warnings[:_MOST_SAID]))
+    if len(warnings) > _MOST_SAID:
+        say(f"{findings.source}: {len(warnings) - _MOST_SAID} more remarks: gonio validate lists them")

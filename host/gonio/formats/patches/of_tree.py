@@ -1,0 +1,126 @@
+"""of_tree.py: a tensor tree's leaves averaged over pairs of Klems patches, its integrals kept.
+
+A leaf is constant in BSDF, and cells of the square are equal in projected solid angle. Which part of a cell lies in
+which patch is counted on a grid of points, so that the parts of a cell add up to all of it.
+"""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from gonio.dataset.scattering import FloatArray, IndexArray
+from gonio.formats.klems import KlemsBasis
+from gonio.formats.patches import turned
+from gonio.formats.tensor.flat import FlatTree
+from gonio.formats.tensor.square import disc_from_square
+
+_LEAST_POINTS = 11  # levels of the grid of points
+_POINTS_IN_CELL = 2  # levels of it within a cell of the finest level
+Factor = Callable[[FloatArray], FloatArray]  # of a leaf's value, by its place (n, dimensions)
+
+
+def matrix(tree: FlatTree, basis: KlemsBasis, factor: Factor | None = None) -> FloatArray:
+    """BSDF [1/sr] (outgoing, incident) of a tree's component. `factor` multiplies leaves by a value at their centre."""
+    leaves = list(leaves_of(tree))
+    if factor is not None:
+        leaves = [
+            (level, index, np.asarray(value * factor(np.asarray((index + 0.5) * 0.5**level))))
+            for level, index, value in leaves
+        ]
+    if tree.dimensions == 4:
+        return _of_four(leaves, basis)
+    return _of_three(leaves, basis)
+
+
+def leaves_of(tree: FlatTree) -> Iterator[tuple[int, IndexArray, FloatArray]]:
+    """Level, cell (n, dimensions) on that level's grid, and value (n,) of all leaves."""
+    dims = tree.dimensions
+    nodes = np.zeros(1, dtype=np.int64)
+    corner = np.zeros((1, dims), dtype=np.int64)
+    steps = (np.arange(1 << dims)[:, None] >> np.arange(dims)) & 1
+    depth = 0
+    while len(nodes):
+        grid = tree.child[nodes] < 0
+        for log2 in np.unique(tree.log2[nodes[grid]]).tolist():
+            at = np.flatnonzero(grid & (tree.log2[nodes] == log2))
+            inner = np.stack(np.unravel_index(np.arange(1 << (dims * log2)), (1 << log2,) * dims), axis=1)
+            index = ((corner[at] << log2)[:, None, :] + inner).reshape(-1, dims)
+            value = tree.values[tree.start[nodes[at]][:, None] + np.arange(len(inner))]
+            yield depth + log2, index, value.ravel()
+        branch = np.flatnonzero(~grid)
+        corner = ((corner[branch] << 1)[:, None, :] + steps).reshape(-1, dims)
+        nodes = (tree.child[nodes[branch]][:, None] + np.arange(1 << dims)).ravel()
+        depth += 1
+
+
+def _of_four(leaves: list[tuple[int, IndexArray, FloatArray]], basis: KlemsBasis) -> FloatArray:
+    levels = _point_levels(leaves)
+    patch = _patches_of_points(basis, levels)
+    energy = np.zeros((basis.size, basis.size))
+    for level, index, value in leaves:
+        cells = 1 << (2 * level)
+        share = _counted(patch, levels, level, basis.size)
+        incident, outgoing = ((index[:, k] << level) + index[:, k + 1] for k in (0, 2))
+        held = csr_array((value, (outgoing, incident)), shape=(cells, cells))
+        energy += (share.T @ held @ share).toarray() * (np.pi / cells) ** 2
+    lit = np.bincount(patch, minlength=basis.size) * (np.pi * 0.25**levels)
+    return np.asarray(energy / basis.projected_solid_angle_sr[:, None] / lit)
+
+
+def _of_three(leaves: list[tuple[int, IndexArray, FloatArray]], basis: KlemsBasis) -> FloatArray:
+    """The outgoing direction's azimuth counts from the column's, as in turned.py."""
+    levels = _point_levels(leaves)
+    rings = len(basis.rings)
+    place, offset = _bins_of_points(basis, levels)
+    moments = np.zeros((rings, rings * turned.BINS, 2))
+    limits = np.sin(np.radians([[r.lower_deg, r.upper_deg] for r in basis.rings])) ** 2
+    for level, index, value in leaves:
+        cells = 1 << (2 * level)
+        outgoing = (index[:, 1] << level) + index[:, 2]
+        edges = np.maximum(1.0 - 2.0 * np.stack((index[:, 0] + 1, index[:, 0]), axis=1) * 0.5**level, 0.0) ** 2
+        order = _cell_of_points(levels, level)
+        for ring in range(rings):
+            shared = np.minimum(edges[:, 1], limits[ring, 1]) - np.maximum(edges[:, 0], limits[ring, 0])
+            image = np.bincount(outgoing, value * np.maximum(shared, 0.0) / 2.0, minlength=cells)[order]
+            moments[ring, :, 0] += np.bincount(place, image, minlength=rings * turned.BINS)
+            moments[ring, :, 1] += np.bincount(place, image * offset, minlength=rings * turned.BINS)
+    return turned.assembled(basis, (moments * (np.pi * 0.25**levels)).reshape(rings, rings, turned.BINS, 2))
+
+
+def _point_levels(leaves: list[tuple[int, IndexArray, FloatArray]]) -> int:
+    return max(_LEAST_POINTS, max(level for level, _, _ in leaves) + _POINTS_IN_CELL)
+
+
+def _polar_azimuth(levels: int) -> tuple[FloatArray, FloatArray]:
+    """Of all points (4^levels,) [rad], in the order of their cells."""
+    side = (np.arange(1 << levels) + 0.5) * 0.5**levels
+    xy = disc_from_square(np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2))
+    return np.arcsin(np.minimum(np.hypot(xy[:, 0], xy[:, 1]), 1.0)), np.arctan2(xy[:, 1], xy[:, 0])
+
+
+def _patches_of_points(basis: KlemsBasis, levels: int) -> IndexArray:
+    polar, azimuth = _polar_azimuth(levels)
+    return basis.patch_of(np.degrees(polar), np.degrees(azimuth))
+
+
+def _bins_of_points(basis: KlemsBasis, levels: int) -> tuple[IndexArray, FloatArray]:
+    """Bin of turned.py, ring by ring, and azimuth from the bin's middle [rad], of all points."""
+    polar, azimuth = _polar_azimuth(levels)
+    wide = 2.0 * np.pi / turned.BINS
+    number = np.minimum((azimuth % (2.0 * np.pi) / wide).astype(np.int64), turned.BINS - 1)
+    place = basis.ring_of(np.degrees(polar)) * turned.BINS + number
+    return place, azimuth % (2.0 * np.pi) - (number + 0.5) * wide
+
+
+def _cell_of_points(levels: int, level: int) -> IndexArray:
+    """Cell of a level's grid that each point lies in."""
+    side = np.arange(1 << levels) >> (levels - level)
+    return np.asarray(((side[:, None] << level) + side).ravel())
+
+
+def _counted(patch: IndexArray, levels: int, level: int, patches: int) -> csr_array:
+    """Share of each cell of a level that lies in each patch, (4^level, patches)."""
+    key, count = np.unique(_cell_of_points(levels, level) * patches + patch, return_counts=True)
+    share = count * 0.25 ** (levels - level)
+    return csr_array((share, (key // patches, key % patches)), shape=(1 << (2 * level), patches))

@@ -1,0 +1,1 @@
+"""Radiance's tensor trees: grown sparsely from any Scattering, written, and read back."""
