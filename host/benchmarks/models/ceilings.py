@@ -85,7 +85,8 @@ class DenseTree:
             sine = 1.0 - 2.0 * (at + nodes) * step
             across = np.hypot(*incident[:2])
             way = np.array([1.0, 0.0]) if across == 0.0 else incident[:2] / across
-            return weights, _on_sphere(sine[:, None] * way, sign)
+            # By projected solid angle, as light from all around arrives: sin d(sin) of a ring.
+            return weights * sine / np.sum(weights * sine), _on_sphere(sine[:, None] * way, sign)
         cell = np.minimum((square_from_disc(-incident[None, :2])[0] / step).astype(np.int64), 2**self.k - 1)
         around = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2)
         return (weights[:, None] * weights).ravel(), _on_sphere(-disc_from_square((cell + around) * step), sign)

@@ -20,7 +20,8 @@ PTFE = ROOT / "docs" / "examples" / "nist_ptfe" / "PTFE.data.csv"
 GONIO = Path(sys.executable).with_name("gonio")
 
 # The slats run along x; the sun's profile angle moves with theta_i at azimuth 90.
-LOUVER_DEG = tuple((t, p) for t in (30.0, 40.0, 50.0) for p in (70.0, 90.0, 110.0))
+LOUVER_DEG = ((30.0, 90.0), (50.0, 90.0), (40.0, 70.0), (40.0, 110.0), (40.0, 90.0))
+LOUVER_STEP_DEG = 2.5  # between points; with many more Radiance's chain takes an hour
 LOUVER_LEFT_OUT_DEG = (40.0, 90.0)
 PTFE_CHANNEL = "633 nm"
 PTFE_LEFT_OUT_DEG = (30.0, 60.0)
@@ -28,10 +29,10 @@ PTFE_LEFT_OUT_DEG = (30.0, 60.0)
 
 def louver(cache: Path, photons: int) -> Dataset:
     """The louver V2 of papers [1] and [4] at LOUVER_DEG, both hemispheres; kept in the folder `cache`."""
-    path = cache / f"louver_{photons}_{len(LOUVER_DEG)}.h5"
+    path = cache / f"louver_{photons}_{len(LOUVER_DEG)}_{LOUVER_STEP_DEG:g}.h5"
     if not path.is_file():
         lines = SCENARIO.read_text().splitlines()
-        asked = f"incident = {json.dumps(LOUVER_DEG)}"
+        asked = f"incident = {json.dumps(LOUVER_DEG)}\nstep_deg = {LOUVER_STEP_DEG}"
         scenario = cache / "louver.toml"
         scenario.write_text("\n".join(asked if line.startswith("incident =") else line for line in lines) + "\n")
         command = [str(GONIO), "simulate", str(scenario), "-o", str(path), "--photons", str(photons)]

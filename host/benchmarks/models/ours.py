@@ -39,7 +39,7 @@ class Ours:
         path = self.folder / f"tree{resolution}_{'default' if size_mb is None else f'{size_mb:.2f}'}.xml"
         limit = [] if size_mb is None else ["--size-mb", f"{size_mb:.3f}"]
         kind = f"tensor{dimensions}"
-        self.run(path.stem, "export", self.model, "--format", kind, "-o", path, "--resolution", resolution, *limit)
+        self.run(path.stem, "export", self.model, "--format", kind, "-o", path, "--resolution", str(resolution), *limit)
         return path
 
     def klems(self) -> Path:

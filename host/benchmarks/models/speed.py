@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from . import ours, radiance_chain, retro, through_radiance
+from . import metrics, ours, radiance_chain, retro, through_radiance
 from .samples import RetroCoating
 from .size import Size
 from .table import line
@@ -56,7 +56,7 @@ def loads(klems: Path, folder: Path) -> list[str]:
     said = done.stdout.strip() if done.returncode == 0 else f"does not load it (exit {done.returncode})"
     answers = [f"pywincalc, reflectance at normal incidence: {said}"]
     try:
-        _, integral = through_radiance.read(klems, (0.0, 0.0), retro.metrics.plane(0.0)[:1], folder)
+        _, integral = through_radiance.read(klems, (0.0, 0.0), metrics.plane(0.0)[:1], folder)
         answers.append(f"Radiance, the same: {json.dumps(round(integral, 5))}")
     except RuntimeError as error:
         answers.append(f"Radiance does not load it: {error}")

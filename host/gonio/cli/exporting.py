@@ -44,6 +44,11 @@ def opened(file: Path, options: ModelOptions) -> "Bsdf":
     kind = kind_of(file)
     if kind in ("matrices", "tree"):
         raise UsageError(f"{file}: is a simulation file already: gonio convert brings it into another basis")
+    if kind == "dataset":
+        from gonio.dataset.nexus import read_dataset
+        from gonio.formats.raw_signal import refuse_raw
+
+        refuse_raw([d for d in read_dataset(file).distributions if options.channel in (None, d.channel)])
     return open_bsdf(file, symmetry=options.symmetry, front=options.front)
 
 

@@ -66,7 +66,8 @@ def fit(
         typer.Option(
             metavar="METHOD",
             help="auto: by leave-one-out. lobes-fixed, lobes-opposite, lobes-same: peaks are matched and moved, the "
-            "ground follows nothing, the mirror or the retro direction; with -pchip a monotone cubic along theta. "
+            "ground follows nothing, the mirror or the retro direction; lobes-opposite-rest, lobes-same-rest: only "
+            "what directions do not have in common follows; -pchip after the first three: a monotone cubic in theta. "
             "blend-fixed, blend-opposite, blend-same: no peaks.",
         ),
     ] = "auto",

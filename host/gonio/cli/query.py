@@ -146,8 +146,14 @@ def _one_pair(
         typer.echo(f"reason  {reason}")
     typer.echo(
         f"channel {channel}, incident {incident_deg[0]:g}/{incident_deg[1]:g}, outgoing {outgoing_deg[0]:g}/"
-        f"{outgoing_deg[1]:g} (theta/phi in degrees, sample frame; the front faces the {bsdf.front_faces})"
+        f"{outgoing_deg[1]:g} (theta/phi in degrees, sample frame; {_front(bsdf)})"
     )
+
+
+def _front(bsdf: "Bsdf") -> str:
+    if bsdf.front_faces == "undeclared":
+        return "which way the front faces is not declared"
+    return f"the front faces the {bsdf.front_faces}"
 
 
 def _table(scattering: "Scattering", file: Path, table: Path, output: Path, *, as_json: bool) -> None:

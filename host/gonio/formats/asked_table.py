@@ -1,4 +1,4 @@
-"""asked_table.py: a table of pairs of directions, answered row by row: BSDF, origin, or the reason why there is none."""
+"""asked_table.py: a table of pairs of directions, answered row by row: BSDF, origin, or the reason for having none."""
 
 import csv
 from collections.abc import Callable, Iterator

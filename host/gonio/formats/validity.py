@@ -90,7 +90,8 @@ class Validity:
 
     def covers(self, channel: str, *, incident_front: bool, outgoing_front: bool) -> bool:
         """Whether anything was measured for this pair of sides."""
-        return bool(self._of(channel, incident_front, outgoing_front))
+        sides = (incident_front, outgoing_front)
+        return any(channel in r.channels and (r.incident_front, r.outgoing_front) == sides for r in self.ranges)
 
     def origin(
         self, channel: str, incident: FloatArray, outgoing: FloatArray, which: IndexArray | None = None
@@ -128,10 +129,6 @@ class Validity:
             for r in self.ranges
         ]
         return Validity(front_faces, self.symmetry, tuple(turned))
-
-    def _of(self, channel: str, incident_front: bool, outgoing_front: bool) -> list[Range]:
-        sides = (incident_front, outgoing_front)
-        return [r for r in self._named(channel) if (r.incident_front, r.outgoing_front) == sides]
 
     def _named(self, channel: str) -> list[Range]:
         """Ranges of a channel; all of them for one that no range names: a band may hold a channel of another name."""
@@ -173,7 +170,7 @@ def parse(comments: str) -> Validity | None:
             return None
         faces: Side = _one_of(content["front_faces"], get_args(Side))
         return Validity(
-            faces if faces != "undeclared" else _by_sentence(comments) or faces,
+            _by_sentence(comments) or faces,  # the sentence tells what the file was written with
             _one_of(content["symmetry"], get_args(Symmetry)),
             tuple(_range(entry) for entry in content["ranges"]),
         )
@@ -184,9 +181,8 @@ def parse(comments: str) -> Validity | None:
 def front_faces_of(comments: str) -> Side | None:
     """Which way the sample's front faces, where the comments of a file of ours say so."""
     found = parse(comments)
-    if found is not None and found.front_faces != "undeclared":
-        return found.front_faces
-    return _by_sentence(comments)
+    faces = _by_sentence(comments) if found is None else found.front_faces
+    return None if faces == "undeclared" else faces
 
 
 def _by_sentence(comments: str) -> Side | None:

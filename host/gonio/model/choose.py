@@ -23,7 +23,8 @@ FloatArray = NDArray[np.float64]
 _MOST_POINTS = 4000  # of a direction, those near peaks twice as many as elsewhere
 _MOST_LEFT_OUT = 16
 _CALM_U_REL = 0.1  # relative uncertainty at which a point counts half
-_CLEARLY = 0.97  # a later scheme must be this much better
+_CLEARLY = 0.97  # a later scheme must be this much better, and put no fewer points within 10 %,
+_FAR = 0.75  # or be this much better: near the noise the figure alone says little
 
 
 @dataclass(frozen=True)
@@ -111,11 +112,14 @@ def leave_one_out(resolver: Resolver, held: list[Held]) -> list[Prediction]:
 
 def chosen(table: dict[Scheme, list[Prediction]]) -> Scheme:
     """The scheme with the least mean figure; an earlier one unless a later is clearly better."""
-    best, least = next(iter(table)), np.inf
+    best, least, most = next(iter(table)), np.inf, 0.0
     for scheme, predictions in table.items():
-        figure = float(np.mean([p.hellinger for p in predictions])) if predictions else np.inf
-        if figure < _CLEARLY * least:
-            best, least = scheme, figure
+        if not predictions:
+            continue
+        figure = float(np.mean([p.hellinger for p in predictions]))
+        within = float(np.mean([p.within_10 for p in predictions]))
+        if figure < _FAR * least or (figure < _CLEARLY * least and within >= most):
+            best, least, most = scheme, figure, within
     return best
 
 

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from gonio.model.analytic.as_text import component_lines
+
 _CONTRADICTED = "CONTRADICTED by the data"
 
 
@@ -13,7 +15,7 @@ def text(record: dict[str, Any]) -> str:
         components = found["components"] if analytic else found
         for name, component in components.items():
             lines += ["", f"{channel}, {name}"]
-            lines += _family(component) if analytic else _lobes(component)
+            lines += component_lines(component) if analytic else _lobes(component)
     return "\n".join(lines)
 
 
@@ -63,45 +65,17 @@ def _lobes(component: dict[str, Any]) -> list[str]:
     return lines + [f"  finding: {finding}" for finding in component["findings"]]
 
 
-def _family(component: dict[str, Any]) -> list[str]:
-    if "equal_to" in component:
-        return [f"  equal to {component['equal_to']}, {component['why']}"]
-    lines = [f"  family {component['family']} ({component['source']})", f"  held out: {component['held_out']['rule']}"]
-    for row in component["held_out"]["table"]:
-        lines.append("    " + ", ".join(f"{key} {_short(value)}" for key, value in row.items()))
-    for fit in component["fits"]:
-        for words in ("weighted", "as_published"):
-            if words in fit:
-                lines.append(
-                    f"  theta_i {fit['theta_i_deg']:.2f}, {words.replace('_', ' ')}: {_parameters(fit[words])}"
-                )
-    tie = component["tie"]
-    held = ", ".join(f"{t:.4g}: {v:.4f}" for t, v in zip(tie["theta_i_deg"], tie["value"], strict=True))
-    lines.append(f"  integral tied to {tie['source']}: {held}")
-    lines.append(f"  reciprocity: residual {100.0 * component['reciprocity_residual']:.2f} % rms")
-    return lines
-
-
-def _parameters(found: dict[str, Any]) -> str:
-    """Values with uncertainty where there is one; matrices are left to --json."""
-    parts = []
-    for name, value in found.items():
-        if isinstance(value, dict):
-            u = f" (u {value['u']:.2g})" if value.get("u") is not None else ""
-            parts.append(f"{name} {value['value']:.5g}{u}")
-        elif not isinstance(value, list):
-            parts.append(f"{name} {_short(value)}")
-    return ", ".join(parts)
-
-
-def _short(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
 def warnings(record: dict[str, Any]) -> list[str]:
     """One line for each contradicted symmetry and each finding."""
     if record.get("kind") == "analytic":
-        return []
+        return [
+            f"{channel}: {finding}" for channel, entry in record["channels"].items() for finding in entry["findings"]
+        ] + [
+            f"{channel}, {name}: {finding}"
+            for channel, entry in record["channels"].items()
+            for name, component in entry["components"].items()
+            for finding in component.get("findings", [])
+        ]
     found = []
     for channel, components in record["channels"].items():
         for name, component in components.items():

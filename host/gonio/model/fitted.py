@@ -25,6 +25,7 @@ from gonio.units.version import gonio_version
 FloatArray = NDArray[np.float64]
 
 __all__ = ["Fitted", "fit_bsdf"]
+_LEAST_FOR_REST = 4  # directions; of fewer a median tells little of what rests
 _USUAL = SCHEMES[0]  # where nothing can be left out
 
 
@@ -114,6 +115,8 @@ def _fit_component(
     ways = SCHEMES if scheme is None else (scheme,)
     if not images.isotropic:
         ways = tuple(way for way in ways if way.curve == "linear" or scheme is not None)
+    if len(points) < _LEAST_FOR_REST and scheme is None:
+        ways = tuple(way for way in ways if not way.rest)
     start: dict[bool, Resolver] = {}
     ground = [Ground.of(p) for p in points]
     for with_lobes in dict.fromkeys(way.lobes for way in ways):

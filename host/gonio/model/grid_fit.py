@@ -20,10 +20,13 @@ def fit_grid(
 
     From one cell to the finest grid, each level corrects what the coarser one left over: a node takes the mean of its
     points' residuals, weighted with their bilinear weight and their own, several times over (Jacobi's iteration of
-    the weighted least squares, which it does not leave: it converges from the smooth side). Nodes without points keep
-    what the coarser level says, so holes are spanned. Where the points are noisy a correction c of variance v is
-    multiplied by max(0, 1 - 2 <v> / <c^2>): Wiener's filter in the positive part of James and Stein, with means over
-    the node and its neighbours (5 x 5, binomial weights), and with twice the variance for so few of them.
+    the weighted least squares, begun from the smooth side). Nodes without points keep what the coarser level says.
+    Where the points are noisy a correction c of variance v is multiplied by max(0, 1 - 2 <v> / <c^2>): Wiener's filter
+    in the positive part of James and Stein, with means over the node and its neighbours (5 x 5, binomial weights), and
+    with twice the variance for so few of them.
+
+    At the level of 33 x 33 nodes holes are spanned by a thin plate (host/native/model/thin_plate.hpp), which continues
+    slope and curvature of what lies around them: a cosine is met within about a fifth of the hole's radius squared.
     """
     return model.fit_grid(
         np.ascontiguousarray(position, dtype=np.float64),

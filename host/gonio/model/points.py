@@ -111,7 +111,9 @@ def _split(distribution: Distribution) -> dict[Component, Points]:
         whole = number == len(rows)
         own = [a if whole else a[rows] for a in (unit, dsf, variance, sr)]
         stated, u = d.integrals.get(f"{name}_measured", np.nan), d.integrals.get(f"{name}_u", np.nan)
-        result[component] = Points(folded(incident), own[0] if outgoing_front else folded(own[0]), own[1], own[2], own[3], stated, u)
+        result[component] = Points(
+            folded(incident), own[0] if outgoing_front else folded(own[0]), own[1], own[2], own[3], stated, u
+        )
     return result
 
 

@@ -3,8 +3,9 @@
 Per lobe that nodes share (tracks.py): offset from the ideal direction that it follows, logarithm of the peak, and
 matrix logarithm of the covariance are interpolated (log-Euclidean mean: Arsigny et al. 2006), by weights of the
 triangle or line, or as monotone cubics. What is left beside a lobe is carried in its whitened coordinates, in
-proportion to the peak. A lobe that a node lacks fades with that node's weight. Backgrounds are blended at rest or, as BSDF, in coordinates
-beta - beta0 (direction cosines from the ideal direction). Beyond the nodes all is held in the coordinates it moves in.
+proportion to the peak. A lobe that a node lacks fades with that node's weight. Backgrounds are blended at rest or, as
+BSDF, in coordinates beta - beta0 (direction cosines from the ideal direction). Beyond the nodes all is held in the
+coordinates it moves in.
 """
 
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ from scipy.interpolate import PchipInterpolator
 
 from gonio.model.coverage import BEYOND, look_up
 from gonio.model.frames import along_tangents, level_axes, symmetric_function
+from gonio.model.grid_fit import grid_at
 from gonio.model.hemisphere import ideal
 from gonio.model.mesh import Line, Stencil, Triangles
 from gonio.model.nodes import Node
@@ -102,6 +104,10 @@ class Resolver:
         """All grids; number of the patch of each lobe of each image, and of each node's background. A patch's image
         changes signs of its coordinates, which level axes allow; a background is turned when it is read."""
         arrays: list[NDArray[np.float32]] = [node.background for node in self.nodes]
+        common = self._common()
+        moving = [_resized(node.background, len(common)) - common for node in self.nodes]
+        self._common_at = len(arrays)
+        arrays += [common, *moving]
         patch_of = []
         known: dict[tuple[int, float, float], IndexArray] = {}
         for source, (x, y) in zip(self.source, self.signs, strict=True):
@@ -112,6 +118,13 @@ class Resolver:
                 arrays.extend(patches)
             patch_of.append(known[key])
         return Grids.of([np.asarray(a) for a in arrays]), patch_of, np.arange(len(self.nodes), dtype=np.int64)
+
+    def _common(self) -> NDArray[np.float32]:
+        """What most directions have in common at rest: the median of their backgrounds and all images of them."""
+        size = max(len(node.background) for node in self.nodes)
+        each = [_resized(node.background, size) for node in self.nodes]
+        every = [array[:: int(y), :: int(x)] for array in each for x, y in self.images.signs]
+        return np.asarray(np.median(every, axis=0), dtype=np.float32)
 
     def locate(self, incident: FloatArray) -> Stencil:
         """Neighbours among the images of folded incident directions (k, 3)."""
@@ -128,7 +141,8 @@ class Resolver:
         if scaled:
             own = np.array([self.nodes[k].scale for k in self.source])
             scale = np.einsum("kc,kc->k", own[stencil.node], stencil.weight)
-        return Slices(scale, *lobes, *self._resolved_fields(level, stencil, turn))
+        fields = self._moving_fields(level, stencil, turn)
+        return Slices(scale, *lobes, *(self._with_rest(*fields, turn) if self.scheme.rest else fields))
 
     def _turn(self, incident: FloatArray) -> FloatArray:
         """(k, 2, 2): x and y of a direction in the frame in which the nodes lie; only isotropic samples are turned."""
@@ -204,7 +218,7 @@ class Resolver:
             log_peak[rows], offset[rows], log_covariance[rows] = values
         return log_peak, offset, log_covariance
 
-    def _resolved_fields(
+    def _moving_fields(
         self, incident: FloatArray, stencil: Stencil, turn: FloatArray
     ) -> tuple[IndexArray, IndexArray, FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
         row, corner = np.nonzero(stencil.weight > 1e-9)
@@ -217,6 +231,27 @@ class Resolver:
         moves = np.full(len(row), self.scheme.background != "fixed")
         weight = stencil.weight[row, corner]
         return start, self._background_of[self.source[image]], weight, matrix, signs * shift, moves
+
+    def _with_rest(
+        self,
+        start: IndexArray,
+        grid: IndexArray,
+        weight: FloatArray,
+        matrix: FloatArray,
+        shift: FloatArray,
+        moves: NDArray[np.bool_],
+        turn: FloatArray,
+    ) -> tuple[IndexArray, IndexArray, FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Before the backgrounds of each direction, now without what they have in common, one that rests."""
+        at = start[:-1]
+        return (
+            start + np.arange(len(start)),
+            np.insert(grid + self._common_at + 1, at, self._common_at),
+            np.insert(weight, at, 1.0),
+            np.insert(matrix, at, turn, axis=0),
+            np.insert(shift, at, 0.0, axis=0),
+            np.insert(moves, at, False),
+        )
 
     def _towards(self, incident: FloatArray) -> FloatArray:
         """Direction cosines (k, 2) in which backgrounds stand still."""
@@ -233,7 +268,7 @@ class Resolver:
         in the coordinates in which the background stands still."""
         level = self._levelled(incident)
         stencil = self.locate(level)
-        start, _, _, matrix, shift, _ = self._resolved_fields(level, stencil, self._turn(incident))
+        start, _, _, matrix, shift, _ = self._moving_fields(level, stencil, self._turn(incident))
         row, corner = np.nonzero(stencil.weight > 1e-9)
         result = np.full(len(xy), BEYOND, dtype=np.uint8)
         number = start[which + 1] - start[which]
@@ -256,3 +291,12 @@ class Resolver:
             return incident
         across = np.hypot(incident[:, 0], incident[:, 1])
         return np.stack((across, np.zeros(len(across)), incident[:, 2]), axis=1)
+
+
+def _resized(array: NDArray[np.float32], size: int) -> NDArray[np.float32]:
+    """A square grid over the same square with as many nodes per side."""
+    if len(array) == size:
+        return array
+    axis = np.linspace(-1.0, 1.0, size)
+    place = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    return np.asarray(grid_at(array.astype(np.float64), 1.0, place).reshape(size, size), dtype=np.float32)

@@ -12,24 +12,29 @@ Curve = Literal["linear", "pchip"]
 @dataclass(frozen=True)
 class Scheme:
     """lobes: peaks are matched and moved, else all is one grid. background: what the grids follow. curve: of the lobes'
-    parameters along theta; pchip (monotone cubic, Fritsch and Carlson 1980) only on a line of directions."""
+    parameters along theta; pchip (monotone cubic, Fritsch and Carlson 1980) only on a line of directions. rest: what
+    most directions have in common (diffuse light) rests, and only the remainder (tails of peaks) follows."""
 
     lobes: bool
     background: Follows
     curve: Curve = "linear"
+    rest: bool = False
 
     @property
     def name(self) -> str:
         """As --method takes it."""
         if not self.lobes:
             return f"blend-{self.background}"
-        return f"lobes-{self.background}" + ("-pchip" if self.curve == "pchip" else "")
+        tail = "-rest" if self.rest else "-pchip" if self.curve == "pchip" else ""
+        return f"lobes-{self.background}{tail}"
 
 
 _FOLLOWS: tuple[Follows, ...] = ("fixed", "opposite", "same")
 # The simplest first: of equals it is taken. A lobe's own offset keeps peaks in place, so the ground may rest.
 SCHEMES = (
-    *(Scheme(True, follows) for follows in _FOLLOWS),
+    Scheme(True, "fixed"),
+    *(Scheme(True, follows, rest=True) for follows in _FOLLOWS[1:]),
+    *(Scheme(True, follows) for follows in _FOLLOWS[1:]),
     *(Scheme(True, follows, "pchip") for follows in _FOLLOWS),
     *(Scheme(False, follows) for follows in _FOLLOWS),
 )

@@ -26,7 +26,7 @@ print(json.dumps({
 
 @dataclass(frozen=True)
 class Lopsided:
-    """Front and back, left and right, up and down differ, in all four pairs of sides; a wide lobe follows the source."""
+    """Front and back, left and right, up and down differ, in all pairs of sides; a wide lobe follows the source."""
 
     pairs: tuple[tuple[bool, bool], ...] = ((True, True), (True, False), (False, True), (False, False))
     tint: float = 1.0

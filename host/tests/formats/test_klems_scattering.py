@@ -152,6 +152,12 @@ def test_what_a_file_of_ours_says_goes_before_the_default(tmp_path: Path) -> Non
     assert scattering.origin(down, up)[0] == Origin.ABSENT
     assert scattering.origin(up, up)[0] == Origin.INTERPOLATED
     assert scattering.origin(unit_from_angles_deg([75.0], [0.0]), up)[0] == Origin.EXTRAPOLATED
+    # A band that no range names, as a file's Solar block of zeros.
+    both = window_of(matrices, path, validity.line(only_front))
+    both.matrices["Solar", "Reflection", "Back"] = np.zeros((145, 145))
+    assert np.isnan(bsdf_of(both)[0].channels["solar"].dsf_per_sr(up, up)[0])
+    both.matrices["Solar", "Reflection", "Back"] += 0.1
+    assert bsdf_of(both)[0].channels["solar"].origin(up, up)[0] == Origin.INTERPOLATED
     # Who says that the front faces the other way sees the same room.
     other, _ = bsdf_of(window_of(matrices, path, validity.line(only_front)), "exterior")
     assert other.channels["visible"].origin(down, down)[0] == Origin.INTERPOLATED

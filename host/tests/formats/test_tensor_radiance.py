@@ -154,8 +154,8 @@ def test_colour_of_three_channels(tmp_path: Path) -> None:
     y = found.channels["visible"].dsf_per_sr(incident, outgoing)
     # u' and v' are everywhere the same here: one leaf each.
     assert len(set(re.findall(r"<ScatteringData>(\{[.\d]+\})</", text))) == 2
-    np.testing.assert_allclose(found.channels["CIE-X"].dsf_per_sr(incident, outgoing), 0.9 * y, rtol=1e-4)
-    np.testing.assert_allclose(found.channels["CIE-Z"].dsf_per_sr(incident, outgoing), 0.4 * y, rtol=1e-4)
+    np.testing.assert_allclose(found.channels["CIE-X"].dsf_per_sr(incident, outgoing), 0.9 * y, rtol=3e-4)
+    np.testing.assert_allclose(found.channels["CIE-Z"].dsf_per_sr(incident, outgoing), 0.4 * y, rtol=3e-4)
     queries = [[40.0, 30.0, 20.0, 10.0], [40.0, 30.0, 130.0, 70.0]]
     plane = y / np.abs(outgoing[:, 2])
     np.testing.assert_allclose(

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lopsided_sample import Lopsided
 
+from gonio.dataset.bsdf import Side
 from gonio.dataset.scattering import Bsdf, FloatArray, Origin
 from gonio.formats import validity
 from gonio.formats.validity import Range, Validity
@@ -78,6 +79,18 @@ def test_the_line_answers_as_the_model_did() -> None:
         found.origin("visible", incident, outgoing, which),
     )
     assert turned.seen_with("interior").ranges == found.ranges
+
+
+@pytest.mark.parametrize("declared", ["exterior", "undeclared"])
+def test_the_sentence_tells_what_a_file_was_written_with(declared: Side) -> None:
+    """--front went before what the sample declares; the ranges are in the sample's frame either way."""
+    made = validity.validity_of(Bsdf({"visible": Partly()}, front_faces=declared, symmetry="none"))
+    text = f"{validity.FRONT_SENTENCE}back. {made.line()}"
+    found = validity.parse(text)
+    assert found is not None
+    assert validity.front_faces_of(text) == found.front_faces == "interior"
+    assert found.seen_with("interior").ranges == made.ranges
+    assert validity.front_faces_of(made.line()) == (None if declared == "undeclared" else declared)
 
 
 def test_normal_incidence_has_no_azimuth() -> None:

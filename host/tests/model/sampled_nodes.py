@@ -5,44 +5,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from gonio.dataset.bsdf import Dataset, Distribution
-from gonio.geometry.directions import angles_deg_from_unit, unit_from_angles_deg
+from numpy.typing import NDArray
+from sampled_points import distribution, spread
+
+from gonio.dataset.bsdf import Dataset
+from gonio.geometry.directions import unit_from_angles_deg
 from gonio.model.frames import level_axes, tangents
 from gonio.model.nodes import Node
-from numpy.typing import NDArray
 
+__all__ = ["MIRROR", "Moving", "dataset", "distribution", "gaussian", "node_with", "spread", "towards"]
 FloatArray = NDArray[np.float64]
 MIRROR = np.array([-1.0, -1.0, 1.0])
-
-
-def spread(number: int) -> FloatArray:
-    """Unit vectors (n, 3) over the upper hemisphere, equal areas, on Fibonacci's spiral."""
-    k = np.arange(number) + 0.5
-    z, phi = 1.0 - k / number, np.pi * (1.0 + np.sqrt(5.0)) * k
-    across = np.sqrt(1.0 - z * z)
-    return np.stack((across * np.cos(phi), across * np.sin(phi), z), axis=1)
-
-
-def distribution(
-    theta_i: float, phi_i: float, unit: FloatArray, dsf: FloatArray, variance: FloatArray | None = None
-) -> Distribution:
-    """Of points that share the hemisphere equally."""
-    number = len(unit)
-    theta, phi = angles_deg_from_unit(unit)
-    return Distribution(
-        incident_theta_deg=theta_i,
-        incident_phi_deg=phi_i,
-        theta_deg=theta,
-        phi_deg=phi,
-        dsf_per_sr=dsf,
-        variance_per_sr2=np.zeros(number) if variance is None else variance,
-        signal=dsf,
-        normalisation=np.ones(number),
-        count=np.ones(number, dtype=np.int32),
-        flags=np.zeros(number, dtype=np.uint16),
-        solid_angle_sr=np.full(number, 2.0 * np.pi / number),
-        time_ns=np.zeros(number, dtype=np.int64),
-    )
 
 
 def dataset(

@@ -181,7 +181,7 @@ def test_surfaces_recover_their_parameters(name: str, parameters: dict[str, floa
 def test_auto_finds_the_family(name: str, parameters: dict[str, float]) -> None:
     """The family that made the points predicts the direction left out best; the table has all that can."""
     truth = Component.of(name, "reflection", **parameters)
-    points = [measured({True: truth}, t, noise=0.05, n=1000, seed=int(t) + 3) for t in (5.0, 35.0, 65.0)]
+    points = [measured({True: truth}, t, noise=0.05, n=600, seed=int(t) + 3) for t in (5.0, 35.0, 65.0)]
     entry = fit_family(dataset(*points), "auto").provenance["model"]["channels"]["visible"]["components"][
         "front reflection"
     ]
@@ -189,6 +189,30 @@ def test_auto_finds_the_family(name: str, parameters: dict[str, float]) -> None:
     assert set(table) == {n for n, family in ALL.items() if "reflection" in family.processes}
     assert entry["family"] == name
     assert table[name] <= 1.03 * min(table.values())
+
+
+def test_a_direction_left_out_is_not_seen() -> None:
+    """The middle direction differs from its neighbours: predicted from them it is wrong, in shape as in integral."""
+    wide = Component.of("abg", "reflection", A=0.1, B=0.4, g=1.0)
+    level = (
+        wide.integral(np.array([40.0]))[0]
+        / Component.of("abg", "reflection", A=1.0, B=1e-4, g=2.5).integral(np.array([40.0]))[0]
+    )
+    narrow = Component.of("abg", "reflection", A=level, B=1e-4, g=2.5)  # the same integral
+    points = [measured({True: c}, t, noise=0.02, n=1000) for c, t in ((wide, 20.0), (narrow, 40.0), (wide, 60.0))]
+    held = fit_family(dataset(*points), "abg").provenance["model"]["channels"]["visible"]["components"]
+    errors = {
+        line["theta_i_deg"]: line["misplaced"]
+        for line in held["front reflection"]["held_out"]["table"][0]["directions"]
+    }
+    assert errors[40.0] > 0.5
+    flat = [
+        measured({True: Component.of("lambertian", "reflection", share=share)}, t, n=1000)
+        for share, t in ((0.2, 20.0), (0.6, 40.0), (0.2, 60.0))
+    ]
+    held = fit_family(dataset(*flat), "lambertian").provenance["model"]["channels"]["visible"]["components"]
+    line = held["front reflection"]["held_out"]["table"][0]["directions"][1]
+    assert line["misplaced"] == pytest.approx(0.5 * (0.6 - 0.2) / 0.6, rel=1e-3)
 
 
 def test_two_directions_are_split_by_points() -> None:

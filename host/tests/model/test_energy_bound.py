@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from sampled_nodes import MIRROR, dataset, gaussian, node_with, spread, towards
+
 from gonio.model.channel import Fitted
 from gonio.model.energy import BOUND_SLACK, LARGEST_CORRECTION, Bound, integrals, with_node_scales
 from gonio.model.evaluate import evaluate
@@ -12,8 +15,6 @@ from gonio.model.points import points_of
 from gonio.model.resolve import Resolver
 from gonio.model.scheme import SCHEMES
 from gonio.model.symmetry import IDENTITY, Images
-from numpy.typing import NDArray
-from sampled_nodes import MIRROR, dataset, gaussian, node_with, spread, towards
 
 FloatArray = NDArray[np.float64]
 ALONE = Images("none", (IDENTITY,))

@@ -159,6 +159,7 @@ def test_any_points_stay_within_bounds_and_numpy_agrees(
     np.testing.assert_allclose(_model.grid_at(nodes, 1.0, at), fallback.grid_at(nodes, 1.0, at), atol=1e-12)
 
 
+@pytest.mark.usefixtures("_module")
 def test_suitable_size_follows_the_points() -> None:
     assert suitable_size(rings(1.0), 1.0) == 129
     assert suitable_size(rings(2.0), 1.0) == 65

@@ -2,15 +2,18 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from sampled_nodes import MIRROR, Moving, dataset, gaussian, spread, towards
+
 from benchmarks.models.samples import RetroCoating
 from gonio.dataset.bsdf import Dataset
 from gonio.dataset.scattering import Bsdf, Origin, Scattering
+from gonio.model.choose import Prediction, chosen
 from gonio.model.fitted import fit_bsdf
 from gonio.model.frames import level_axes, tangents
 from gonio.model.mesh import Line, Triangles
+from gonio.model.scheme import SCHEMES
 from gonio.units.errors import UsageError
-from numpy.typing import NDArray
-from sampled_nodes import MIRROR, Moving, dataset, gaussian, spread, towards
 
 FloatArray = NDArray[np.float64]
 THETAS = (5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0)
@@ -62,11 +65,22 @@ def test_leave_one_out_chooses_and_is_recorded(coating: Bsdf) -> None:
     assert record["chosen"] == "lobes-fixed"
     assert record["by"] == "leave-one-out"
     by_method = {row["method"]: row for row in record["leave_one_out"]}
-    assert len(by_method) == 9
+    assert len(by_method) == 11
     assert min(by_method.values(), key=lambda row: row["hellinger"])["method"].startswith("lobes-fixed")
     assert len(by_method["blend-fixed"]["left_out"]) == 7  # 70 degrees lies between no others
     assert by_method["blend-same"]["cv_rmsd"] < by_method["blend-fixed"]["cv_rmsd"]
     assert sorted(record["follows"]) == ["opposite", "same"]
+
+
+def test_the_simpler_of_equals_is_chosen() -> None:
+    def row(hellinger: float) -> list[Prediction]:
+        return [Prediction(hellinger, 1.0, 0.5, 1.0), Prediction(3.0 * hellinger, 1.0, 0.5, 1.0)]
+
+    first, second, third = SCHEMES[:3]
+    assert chosen({first: row(0.3), second: row(0.1), third: row(0.2)}) == second
+    assert chosen({first: row(0.100), second: row(0.099), third: row(0.2)}) == first
+    worse = [Prediction(0.16, 1.0, 0.4, 1.0)]  # some better by the figure, with fewer points within 10 %
+    assert chosen({first: row(0.1), second: worse}) == first
 
 
 def test_noise_does_not_break_the_model() -> None:
@@ -86,6 +100,22 @@ def test_a_lobe_off_the_mirror_moves_widens_and_weakens() -> None:
         assert np.sqrt(np.mean((found - right) ** 2)) < 0.1 * right.mean()
         assert found.mean() == pytest.approx(right.mean(), rel=0.01)
         assert unit[np.argmax(found)] @ unit[np.argmax(right)] > np.cos(np.radians(1.5))
+
+
+def test_tails_follow_and_diffuse_light_rests() -> None:
+    # A retro peak with a tail that no Gaussian has, over diffuse light that does not move.
+    def tailed(incident: FloatArray, outgoing: FloatArray) -> FloatArray:
+        angle = np.degrees(np.linalg.norm(tangents(level_axes(incident), outgoing), axis=1))
+        return 0.5 / np.pi * outgoing[:, 2] + 2.0 / (1.0 + (angle / 6.0) ** 2) ** 2
+
+    measured = dataset(tailed, [(t, 0.0) for t in (0.0, 15.0, 30.0, 45.0, 60.0)], number=4000)
+    unit, incident, misplaced = spread(8000), towards(37.0, 60.0), {}
+    for method in ("lobes-fixed", "lobes-same", "lobes-same-rest"):
+        found = fit_bsdf(measured, method=method).channels["visible"].dsf_per_sr(incident[None], unit)
+        right = tailed(incident, unit)
+        misplaced[method] = np.sum((np.sqrt(found) - np.sqrt(right)) ** 2) / right.sum()
+    assert misplaced["lobes-same-rest"] < 0.7 * misplaced["lobes-fixed"]
+    assert misplaced["lobes-same-rest"] < 0.7 * misplaced["lobes-same"]
 
 
 def test_an_anisotropic_sample_between_azimuths() -> None:

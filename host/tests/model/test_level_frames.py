@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sampled_nodes import spread, towards
+
 from gonio.model.coverage import BETWEEN, BEYOND, WITHIN, coverage, look_up
 from gonio.model.frames import along_tangents, level_axes, level_covariance, symmetric_function, tangents
 from gonio.model.hemisphere import disc_from_unit
 from gonio.model.lobe import Lobe
-from hypothesis import given
-from hypothesis import strategies as st
-from sampled_nodes import spread, towards
 
 ANGLES = st.tuples(st.floats(0.0, 100.0), st.floats(0.0, 360.0))
 

@@ -72,7 +72,7 @@ def test_a_weak_broad_lobe_beside_a_strong_narrow_one_is_kept(theta_deg: float) 
     hints = (incident, incident * MIRROR)
     retro, mirror = fit_lobes(UNIT, dsf, np.zeros(len(dsf)), SOLID_ANGLE, hints=hints)
     same(retro, lobe(theta_deg, 0.0, (1.2, 1.2), 0.0, 150.0), peak=0.005, sigma=0.005, centre_deg=0.01)
-    same(mirror, lobe(theta_deg, 180.0, (12.0, 12.0), 0.0, 0.4), peak=0.005, sigma=0.005, centre_deg=0.05)
+    same(mirror, lobe(theta_deg, 180.0, (12.0, 12.0), 0.0, 0.4), peak=0.001, sigma=0.001, centre_deg=0.05)
 
 
 @pytest.mark.parametrize("theta_deg", [10, 45, 70])
@@ -175,6 +175,20 @@ def test_a_heavy_tailed_peak_is_followed_by_several_lobes() -> None:
     assert all(angle_deg(g.centre, centre) < 0.05 for g in found)
 
 
+def test_a_heavy_tail_is_followed_on_an_even_grid_too() -> None:
+    away = angle_deg(UNIT, direction(45.0, 180.0))
+    peak = 100.0 / (1.0 + (away / 1.5) ** 2.5)
+    found = fit_lobes(UNIT, peak + 0.25 * UNIT[:, 2], np.zeros(len(UNIT)), SOLID_ANGLE)
+    model = sum(g.dsf_per_sr(UNIT) for g in found)
+    assert len(found) >= 3
+    assert np.abs(model / peak - 1.0)[away < 4.0].max() < 0.12
+
+
+def test_what_is_broader_than_twenty_degrees_is_ground() -> None:
+    swelling = lobe(30.0, 0.0, (25.0, 25.0), 0.0, 2.0).dsf_per_sr(UNIT)
+    assert not fit_lobes(UNIT, swelling + 0.05 * UNIT[:, 2], np.zeros(len(UNIT)), SOLID_ANGLE)
+
+
 def test_a_top_hat_is_one_lobe_of_about_its_power() -> None:
     centre = direction(0.0, 0.0)
     unit, solid_angle = spiral_and_grid(centre, 0.1, 5.0)
@@ -182,7 +196,7 @@ def test_a_top_hat_is_one_lobe_of_about_its_power() -> None:
     (found,) = fit_lobes(unit, beam, np.zeros(len(unit)), solid_angle)
     assert angle_deg(found.centre, centre) < 0.05
     assert found.power == pytest.approx(4000.0 * np.pi * np.radians(0.5) ** 2, rel=0.4)
-    assert found.peak_per_sr < 1.5 * 4000.0
+    assert found.peak_per_sr < 1.51 * 4000.0
 
 
 @pytest.mark.parametrize("count", [2000, 20000, 100000])

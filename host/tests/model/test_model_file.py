@@ -5,13 +5,14 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from sampled_nodes import Moving, dataset, spread, towards
+
 from gonio.dataset.nexus import write_dataset
 from gonio.dataset.scattering import Bsdf
 from gonio.model.analytic import fit_family
 from gonio.model.fitted import fit_bsdf
 from gonio.model.model_file import is_model, read_model, write_model
 from gonio.units.errors import UsageError
-from sampled_nodes import Moving, dataset, spread, towards
 
 _MEASURED = dataset(Moving(), [(t, p) for t in (10.0, 30.0, 50.0) for p in (0.0, 90.0)], symmetry="quadrilateral")
 
@@ -43,8 +44,9 @@ def test_a_model_answers_as_before_bit_for_bit(model: Bsdf, tmp_path: Path) -> N
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_an_isotropic_model_too(tmp_path: Path) -> None:
-    isotropic = fit_bsdf(dataset(Moving(), [(t, 0.0) for t in (10.0, 30.0, 50.0)]))
+@pytest.mark.parametrize("method", ["auto", "lobes-opposite-rest", "blend-same"])
+def test_an_isotropic_model_too(method: str, tmp_path: Path) -> None:
+    isotropic = fit_bsdf(dataset(Moving(), [(t, 0.0) for t in (10.0, 30.0, 50.0)]), method=method)
     write_model(isotropic, tmp_path / "model.h5")
     np.testing.assert_array_equal(_answers(read_model(tmp_path / "model.h5")), _answers(isotropic))
 

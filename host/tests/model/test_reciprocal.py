@@ -1,10 +1,11 @@
 """test_reciprocal.py: residuals of f(i, o) = f(o, i) of samples that keep it and of one that does not."""
 
 import numpy as np
-from gonio.dataset.bsdf import Dataset
-from gonio.model.fitted import fit_bsdf
 from numpy.typing import NDArray
 from sampled_nodes import MIRROR, dataset
+
+from gonio.dataset.bsdf import Dataset
+from gonio.model.fitted import fit_bsdf
 
 FloatArray = NDArray[np.float64]
 THETAS = (0.0, 12.0, 24.0, 36.0, 48.0, 60.0, 72.0)

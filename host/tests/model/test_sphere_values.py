@@ -7,7 +7,6 @@ import pytest
 from analytic_cases import dataset, integral_by_scipy, measured
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
 
 from gonio.model.analytic import AnalyticScattering, Component, fit_family
 from gonio.model.sphere_values import Band, read_sphere, stack, threads_from_stacks
@@ -49,7 +48,7 @@ def test_values_at_a_wavelength(tmp_path: Path) -> None:
 
 
 def test_band_means(tmp_path: Path) -> None:
-    """Flat: trapezoids by hand. Weighted: scipy's quadrature of the same broken lines."""
+    """Flat: trapezoids by hand. Weighted: a fine sum over the same broken lines."""
     sphere = read_sphere(table(tmp_path, "wavelength_nm,tau_total\n300,0.1\n500,0.3\n800,0.0\n900,0.2\n"))
     flat = sphere.rows("tau_total", Band.flat(400.0, 800.0))[0].value
     assert flat == pytest.approx(((0.2 + 0.3) / 2 * 100 + (0.3 + 0.0) / 2 * 300) / 400)
@@ -57,14 +56,9 @@ def test_band_means(tmp_path: Path) -> None:
     assert visible.weight_nm is not None
     assert visible.weight is not None
 
-    def line(x: float) -> float:
-        return float(np.interp(x, [300, 500, 800, 900], [0.1, 0.3, 0.0, 0.2]))
-
-    def eye(x: float) -> float:
-        return float(np.interp(x, visible.weight_nm, visible.weight))
-
-    above = quad(lambda x: line(x) * eye(x), 380, 780, points=[500], limit=400, epsrel=1e-6)[0]
-    truth = above / quad(eye, 380, 780, limit=400, epsrel=1e-6)[0]
+    nm = np.linspace(380.0, 780.0, 400_001)
+    eye = np.interp(nm, visible.weight_nm, visible.weight)
+    truth = float(np.interp(nm, [300, 500, 800, 900], [0.1, 0.3, 0.0, 0.2]) @ eye) / float(eye.sum())
     assert sphere.rows("tau_total", visible)[0].value == pytest.approx(truth, rel=1e-5)
     assert np.isnan(sphere.rows("tau_total", visible)[0].u)
     with pytest.raises(UsageError, match=r"300 to 900 nm"):

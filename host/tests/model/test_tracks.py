@@ -1,9 +1,10 @@
 """test_tracks.py: lobes of neighbouring incident directions: who is who, and what follows what."""
 
 import numpy as np
+from sampled_nodes import MIRROR, node_with, towards
+
 from gonio.model.mesh import Line
 from gonio.model.tracks import Lobes, Matcher, match, track
-from sampled_nodes import MIRROR, node_with, towards
 
 NO_IMAGE = np.array([1.0, 1.0])
 
@@ -30,8 +31,12 @@ def test_a_weak_lobe_keeps_its_name_beside_a_strong_one() -> None:
 def test_lobes_that_cross_are_not_exchanged() -> None:
     # Near the normal retro and mirror pass each other: 5 degrees on one side, 5 on the other.
     nodes = [_at(-5.0), _at(5.0)]
-    nodes[0] = Lobes.of(node_with(towards(5.0), [(towards(5.0), 150.0, 1.2), (towards(5.0, 180.0), 20.0, 1.5)]), -NO_IMAGE)
-    nodes[1] = Lobes.of(node_with(towards(5.0), [(towards(5.0), 150.0, 1.2), (towards(5.0, 180.0), 20.0, 1.5)]), NO_IMAGE)
+    nodes[0] = Lobes.of(
+        node_with(towards(5.0), [(towards(5.0), 150.0, 1.2), (towards(5.0, 180.0), 20.0, 1.5)]), -NO_IMAGE
+    )
+    nodes[1] = Lobes.of(
+        node_with(towards(5.0), [(towards(5.0), 150.0, 1.2), (towards(5.0, 180.0), 20.0, 1.5)]), NO_IMAGE
+    )
     assert sorted((i, j) for _, i, j in match(nodes[0], nodes[1])) == [(0, 0), (1, 1)]
 
 
@@ -55,11 +60,21 @@ def test_a_resting_lobe_is_at_rest() -> None:
 
 
 def test_two_lobes_of_one_node_never_share_a_track() -> None:
-    centre = towards(30.0)
-    double = [(centre, 5.0, 3.0), (centre, 4.9, 3.1)]
+    # Around a triangle the matches contradict each other: the dearest ones give way.
+    double = [(towards(30.0), 5.0, 3.0), (towards(30.0), 4.9, 3.1)]
     nodes = [Lobes.of(node_with(towards(t), double), NO_IMAGE) for t in (28.0, 30.0, 32.0)]
-    edges = np.array([[0, 1], [1, 2], [0, 2]])
-    tracks = track(nodes, edges, Matcher(nodes))
-    for node in range(3):
-        own = tracks.lobe[node]
-        assert sorted(own[own >= 0]) == [0, 1]
+
+    def matches(first: int, second: int) -> list[tuple[float, int, int]]:
+        crossed = (first, second) == (0, 2)
+        return [(2.0, 0, 1), (2.0, 1, 0)] if crossed else [(1.0, 0, 0), (1.0, 1, 1)]
+
+    tracks = track(nodes, np.array([[0, 1], [1, 2], [0, 2]]), matches)
+    assert sorted(map(tuple, tracks.lobe.T.tolist())) == [(0, 0, 0), (1, 1, 1)]
+
+
+def test_lobes_in_one_place_are_told_apart_by_their_width() -> None:
+    nested = [(towards(20.0), 50.0, 1.5), (towards(20.0), 2.0, 9.0)]
+    one = Lobes.of(node_with(towards(20.0), nested), NO_IMAGE)
+    moved = [(towards(30.0), 2.0, 9.0), (towards(30.2), 50.0, 1.5)]
+    other = Lobes.of(node_with(towards(30.0), moved), NO_IMAGE)
+    assert sorted((i, j) for _, i, j in match(one, other)) == [(0, 1), (1, 0)]

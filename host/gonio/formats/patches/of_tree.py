@@ -55,41 +55,49 @@ def leaves_of(tree: FlatTree) -> Iterator[tuple[int, IndexArray, FloatArray]]:
 
 
 def _of_four(leaves: list[tuple[int, IndexArray, FloatArray]], basis: KlemsBasis) -> FloatArray:
-    levels = _point_levels(leaves)
+    levels, finest = _point_levels(leaves)
     patch = _patches_of_points(basis, levels)
+    shares = {finest: _counted(patch, levels, finest, basis.size)}
+    for level in range(finest - 1, -1, -1):
+        shares[level] = _coarser(shares[level + 1], level)
     energy = np.zeros((basis.size, basis.size))
     for level, index, value in leaves:
         cells = 1 << (2 * level)
-        share = _counted(patch, levels, level, basis.size)
         incident, outgoing = ((index[:, k] << level) + index[:, k + 1] for k in (0, 2))
         held = csr_array((value, (outgoing, incident)), shape=(cells, cells))
-        energy += (share.T @ held @ share).toarray() * (np.pi / cells) ** 2
+        energy += (shares[level].T @ held @ shares[level]).toarray() * (np.pi / cells) ** 2
     lit = np.bincount(patch, minlength=basis.size) * (np.pi * 0.25**levels)
     return np.asarray(energy / basis.projected_solid_angle_sr[:, None] / lit)
 
 
 def _of_three(leaves: list[tuple[int, IndexArray, FloatArray]], basis: KlemsBasis) -> FloatArray:
     """The outgoing direction's azimuth counts from the column's, as in turned.py."""
-    levels = _point_levels(leaves)
+    levels, finest = _point_levels(leaves)
     rings = len(basis.rings)
-    place, offset = _bins_of_points(basis, levels)
-    moments = np.zeros((rings, rings * turned.BINS, 2))
     limits = np.sin(np.radians([[r.lower_deg, r.upper_deg] for r in basis.rings])) ** 2
+    images = np.zeros((rings, 1 << (2 * finest)))  # energy of each incident ring's light, by outgoing cell
     for level, index, value in leaves:
-        cells = 1 << (2 * level)
         outgoing = (index[:, 1] << level) + index[:, 2]
         edges = np.maximum(1.0 - 2.0 * np.stack((index[:, 0] + 1, index[:, 0]), axis=1) * 0.5**level, 0.0) ** 2
-        order = _cell_of_points(levels, level)
+        order = _cell_of_points(finest, level)
         for ring in range(rings):
             shared = np.minimum(edges[:, 1], limits[ring, 1]) - np.maximum(edges[:, 0], limits[ring, 0])
-            image = np.bincount(outgoing, value * np.maximum(shared, 0.0) / 2.0, minlength=cells)[order]
-            moments[ring, :, 0] += np.bincount(place, image, minlength=rings * turned.BINS)
-            moments[ring, :, 1] += np.bincount(place, image * offset, minlength=rings * turned.BINS)
+            light = value * np.maximum(shared, 0.0) / 2.0
+            images[ring] += np.bincount(outgoing, light, minlength=1 << (2 * level))[order]
+    place, offset = _bins_of_points(basis, levels)
+    cell = _cell_of_points(levels, finest)
+    moments = np.zeros((rings, rings * turned.BINS, 2))
+    for ring in range(rings):
+        of_points = images[ring][cell]
+        moments[ring, :, 0] = np.bincount(place, of_points, minlength=rings * turned.BINS)
+        moments[ring, :, 1] = np.bincount(place, of_points * offset, minlength=rings * turned.BINS)
     return turned.assembled(basis, (moments * (np.pi * 0.25**levels)).reshape(rings, rings, turned.BINS, 2))
 
 
-def _point_levels(leaves: list[tuple[int, IndexArray, FloatArray]]) -> int:
-    return max(_LEAST_POINTS, max(level for level, _, _ in leaves) + _POINTS_IN_CELL)
+def _point_levels(leaves: list[tuple[int, IndexArray, FloatArray]]) -> tuple[int, int]:
+    """Levels of the grid of points, and of the finest leaves."""
+    finest = max(level for level, _, _ in leaves)
+    return max(_LEAST_POINTS, finest + _POINTS_IN_CELL), finest
 
 
 def _polar_azimuth(levels: int) -> tuple[FloatArray, FloatArray]:
@@ -124,3 +132,11 @@ def _counted(patch: IndexArray, levels: int, level: int, patches: int) -> csr_ar
     key, count = np.unique(_cell_of_points(levels, level) * patches + patch, return_counts=True)
     share = count * 0.25 ** (levels - level)
     return csr_array((share, (key // patches, key % patches)), shape=(1 << (2 * level), patches))
+
+
+def _coarser(share: csr_array, level: int) -> csr_array:
+    """Shares of the cells of a level, from those of the next finer one."""
+    children = 1 << (2 * level + 2)
+    parent = _cell_of_points(level + 1, level)
+    mean = csr_array((np.full(children, 0.25), (parent, np.arange(children))), shape=(children >> 2, children))
+    return csr_array(mean @ share)

@@ -22,6 +22,7 @@ from gonio.units.errors import UsageError
 Key = tuple[str, Component]  # <Wavelength> and component
 _BYTES_PER_LEAF = 5.0
 _SURE = 0.998  # of a limit in bytes that is aimed at: averages are improved after their length was foreseen
+_CELLS_OF_VIEW = 6.0  # standard deviations of a peak seen through that a cell must be wide
 _PROBE_LEVEL = {3: 3, 4: 2}
 
 
@@ -78,6 +79,7 @@ def build(
         if not sized or written <= most or all(own.chosen.leaves == 1 for own in leaves.values()):
             break
         share *= _SURE * most / written
+    remarks += _seen_through(whole)
     return Built(leaves, text, remarks, any(tree.forced.view_through for tree in whole))
 
 
@@ -117,6 +119,21 @@ def _aim(trees: list[GrownTree], limit: Limit) -> tuple[int, float]:
         return int(min(limit.text_bytes / _BYTES_PER_LEAF, dense)), limit.text_bytes
     most = dense * (1.0 - limit.percent / 100.0) if limit.percent is not None else float(limit.leaves or dense)
     return max(int(most), 1), max(most, 1.0)
+
+
+def _seen_through(trees: list[GrownTree]) -> list[str]:
+    """Radiance's aBSDF takes the brightest cells about the straight direction for the view, and samples the rest: what
+    lies more than a cell aside is counted twice."""
+    sigma = max((tree.forced.seen_sigma_rad or 0.0 for tree in trees), default=0.0)
+    if sigma == 0.0:
+        return []
+    best = int(np.floor(np.log2(np.sqrt(np.pi) / (_CELLS_OF_VIEW * sigma))))
+    if best >= trees[0].resolution:
+        return []
+    return [
+        f"The peak seen through (sigma {np.degrees(sigma):.2f} degrees) reaches over several cells: Radiance's aBSDF "
+        f"counts it right within some per cent with resolution {max(best, 2)} or less."
+    ]
 
 
 def _negatives(leaves: dict[Key, Leaves]) -> list[str]:

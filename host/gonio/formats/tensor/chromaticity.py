@@ -20,17 +20,16 @@ def chromaticity(y: Leaves, x: Scattering, z: Scattering) -> tuple[Leaves, Leave
     own = tree.integrator
     u, v, light = ([np.zeros(len(level.index)) for level in tree.levels] for _ in range(3))
     for level, rows in y.rows():
-        if level == 0:
-            means = [np.full(len(rows), 0.0)] * 2
-        else:
-            index = tree.levels[level].index[rows]
-            means = [replace(own, scattering=source).sums(index, level).mean for source in (x, z)]
-        # All three with the same points, so that their ratios are right where their values are not quite.
-        luminous = tree.levels[level].sums.mean[rows]
-        total = means[0] + 15.0 * luminous + 3.0 * means[1]
+        # All three from the same points, so that their ratios are right where their values are not quite. The root is
+        # asked for at the next level: no cell that is averaged may hold the centre of the square.
+        at = max(level, 1)
+        index = tree.levels[at].index[rows if level else np.arange(len(tree.levels[1].index))]
+        means = [replace(own, scattering=s).sums(index, at).mean for s in (x, own.scattering, z)]
+        mean_x, luminous, mean_z = means if level else [np.array([mean.mean()]) for mean in means]
+        total = mean_x + 15.0 * luminous + 3.0 * mean_z
         dark = total <= 0.0
         safe = np.where(dark, 1.0, total)
-        u[level][rows] = np.where(dark, _WHITE[0], 4.0 * means[0] / safe)
+        u[level][rows] = np.where(dark, _WHITE[0], 4.0 * mean_x / safe)
         v[level][rows] = np.where(dark, _WHITE[1], 9.0 * luminous / safe)
         light[level][rows] = np.maximum(total, 0.0)
     return _merged(y.chosen, u, light), _merged(y.chosen, v, light)

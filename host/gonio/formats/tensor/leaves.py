@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from gonio.dataset.scattering import Origin
 from gonio.formats.tensor.choose import ChosenTree
 from gonio.formats.tensor.frame import incident_points, turned
+from gonio.formats.tensor.narrow import narrow_means
 from gonio.formats.tensor.square import IndexArray, cell_points, distinct
 
 FloatArray = NDArray[np.float64]
@@ -52,6 +53,11 @@ def averaged(chosen: ChosenTree) -> Leaves:
             change = np.abs(mean - values[level][left])
             values[level][left] = mean
             left = left[change > _SETTLED * np.abs(mean)]
+        # Where a peak is narrower than the cell, points that agree may all have missed it.
+        at = rows[tree.forced.among(cells.index[rows], level)]
+        at = np.union1d(at, left)
+        if len(at):
+            values[level][at] = narrow_means(tree.integrator, cells.index[at], level)
     return Leaves(chosen, values)
 
 

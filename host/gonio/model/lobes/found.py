@@ -49,15 +49,13 @@ class View:
 def bounds_of(lobe: Gauss, nodes: Nodes) -> Bounds:
     """How far a lobe may go in a fit, by the points that see it."""
     away = np.arccos(np.clip(nodes.unit @ lobe.centre, -1.0, 1.0))
-    narrow, wide = (float(s) for s in lobe.sigma)
+    wide = float(lobe.sigma[1])
     nearest = np.argpartition(away, min(12, len(away) - 1))[:12]
     pitch = float(np.sqrt(np.median(nodes.weight[nearest])))
     near = away <= max(2.0 * wide, 2.0 * pitch)
     top = float(nodes.value[near].max()) if near.any() else lobe.peak
-    # the top may lie between points, or in a gap; where neither is so it is not higher than what was seen
-    gap = max(float(away[nearest].min()), 0.75 * pitch) / narrow
-    highest = max(top, 1e-12) * min(1.1 * float(np.exp(min(0.5 * gap**2, 1.0))), 1.5)
-    return Bounds(lobe.centre, max(1.5 * wide, pitch), 0.35 * pitch, 1.2 * BROADEST_RAD, highest)
+    # the top may lie between points or in a gap, and the best Gaussian for a top hat is 1.43 times as high
+    return Bounds(lobe.centre, max(1.5 * wide, pitch), 0.35 * pitch, 1.3 * BROADEST_RAD, 1.5 * max(top, 1e-12))
 
 
 class Found:

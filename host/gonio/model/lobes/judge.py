@@ -15,8 +15,9 @@ FEWEST_CIRCULAR = 5  # of a circular lobe
 LEAST_CONTRAST = 0.1  # of a narrow lobe's peak to what else is there
 CONTRAST_OF_BROADEST = 0.15  # more for a lobe of BROADEST_RAD, less in proportion
 GOOD_ENOUGH = 0.06  # error over trust, both squared: half a percent of the level. No lobe is worth having for less
+PROVISIONAL = 1.25  # of BROADEST_RAD: a lobe may look too broad as long as its neighbour is not known
 LONGEST = 7.0  # ratio of standard deviations: what is longer is a streak, of which lobes are only pieces
-UNLIKE = 0.1  # mean square of what is left over that of the lobes: a top hat has 0.06, a streak more
+UNLIKE = 0.3  # mean square of what is left over that of the lobes: 0.23 of a top hat, more of pieces of a streak
 BENEFIT = 0.75  # held-out error, with over without, that a lobe has to come below
 
 
@@ -33,7 +34,7 @@ def sound(view: View, fit: Fit, new: int) -> bool:
         if np.count_nonzero(height > 0.1) < least or float(height.max()) < 0.5:
             return False
         narrow, wide = (float(s) for s in lobe.sigma)
-        if wide > BROADEST_RAD or wide > LONGEST * narrow or not stands_out(view, fit, place):
+        if wide > PROVISIONAL * BROADEST_RAD or wide > LONGEST * narrow or not stands_out(view, fit, place):
             return False
         if place < new and not _alike(view, fit, height):
             return False

@@ -10,8 +10,8 @@ from gonio.model.lobes.starts import Standing, Start, guess, starts_at, starts_n
 
 FloatArray = NDArray[np.float64]
 
-MOST_TRIES = 30
-STARTS_IN_VAIN = 5  # in a row, of narrow and of broad things each: what follows is weaker still
+MOST_TRIES = 20
+STARTS_IN_VAIN = 4  # in a row, of narrow and of broad things each: what follows is weaker still
 CLOSE_CONTRAST = 0.2  # of the highest: starts that one look serves; weaker ones wait until the strong are taken off
 FEW_PITCHES = 1.2  # standard deviation in distances of points below which too few see a lobe to tell its shape
 ELONGATED = 1.3  # ratio of standard deviations from which a lobe may be two side by side
@@ -63,20 +63,22 @@ class Search:
 
     def _drop_faded(self) -> None:
         """Forgets lobes that their neighbours, found later, have left next to nothing of, or that have spread."""
-        dropped = False
-        for lobe in sorted(self.found.lobes, key=lambda g: g.peak):
-            place = next(k for k, g in enumerate(self.found.lobes) if g is lobe)
-            own = [place, *self.found.neighbours(lobe, but=place)]
-            faded = float(lobe.sigma[1]) > BROADEST_RAD
-            if not faded and len(own) > 1:
-                lobes = [self.found.lobes[k] for k in own]
-                view = self.found.view(lobes, own)
-                faded = view is not None and not stands_out(view, view.fit(lobes, 1), 0)
-            if faded:
-                self.found.drop(place)
-                dropped = True
-        if dropped:
+        faded = next((k for k in range(len(self.found.lobes)) if self._has_faded(k)), None)
+        while faded is not None:
+            self.found.drop(faded)
             self.found.polish()
+            faded = next((k for k in range(len(self.found.lobes)) if self._has_faded(k)), None)
+
+    def _has_faded(self, place: int) -> bool:
+        lobe = self.found.lobes[place]
+        if float(lobe.sigma[1]) > 0.99 * BROADEST_RAD:
+            return True
+        own = [place, *self.found.neighbours(lobe, but=place)]
+        if len(own) == 1:
+            return False
+        lobes = [self.found.lobes[k] for k in own]
+        view = self.found.view(lobes, own)
+        return view is not None and not stands_out(view, view.fit(lobes, 1), 0)
 
     def _going_on(self) -> bool:
         return len(self.found.lobes) < self.most and self.tries < MOST_TRIES

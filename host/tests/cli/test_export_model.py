@@ -1,0 +1,157 @@
+"""test_export_model.py: export of datasets through the fitted model and of models, from the command line."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic_bsdf import distribution, lambert_and_mirror, sphere_points
+
+from gonio.cli import main
+from gonio.dataset.bsdf import Dataset
+from gonio.dataset.nexus import write_dataset
+from gonio.formats.window_reader import read
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("export")
+    write_dataset(lambert_and_mirror((10.0, 40.0, 60.0), coarse=1500), made / "bsdf.h5")
+    assert main.run(["fit", str(made / "bsdf.h5"), "-o", str(made / "model.h5")]) == 0
+    rng = np.random.default_rng(1)
+    units = sphere_points(1500)
+    units = units[rng.permutation(len(units))]
+    parts = [
+        distribution((theta, 0.0), units, lambda u, r=rho: r / np.pi * np.maximum(u[:, 2], 0.0), channel=name)
+        for name, rho in (("visible", 0.2), ("nir", 0.5))
+        for theta in (0.0, 60.0)
+    ]
+    write_dataset(Dataset(parts, front_faces="interior", symmetry="isotropic"), made / "two.h5")
+    return made
+
+
+@pytest.fixture(autouse=True)
+def _own_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def run(*arguments: str | Path) -> int:
+    return main.run([str(a) for a in arguments])
+
+
+def test_the_model_is_the_default(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    export = ["export", folder / "bsdf.h5", "--format", "klems-half", "--assume-flat"]
+    assert run(*export, "-o", "x.xml", "--cells", "x.csv") == 0
+    captured = capsys.readouterr()
+    assert captured.out == "x.xml\nx.csv\n"
+    written = read(Path("x.xml"))
+    remarks = [line.removeprefix("gonio: ") for line in captured.err.splitlines()]
+    assert "Visible: not measured, zeros: Transmission Back, Reflection Back." in remarks
+    assert any("outgoing cells measured/interpolated/extrapolated/absent" in line for line in remarks)
+    for line in remarks:
+        assert line in written.text["Comments"]
+    assert "gonio-validity:" in written.text["Comments"]
+    rho = written.hemispherical("Visible", "Reflection", "Front")
+    np.testing.assert_allclose(rho[1:], 0.7, atol=0.01)  # all incident patches, not the measured ones alone
+    np.testing.assert_allclose(written.hemispherical("Visible", "Transmission", "Front"), 0.1, atol=0.002)
+    with Path("x.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    kinds = {r["origin"] for r in rows if (r["process"], r["light_from"]) == ("Reflection", "Front")}
+    assert kinds == {"measured", "interpolated", "extrapolated"}
+    assert run("validate", "x.xml", "--profile", "radiance") == 0
+
+
+def test_a_model_file_gives_the_same_matrices(folder: Path) -> None:
+    for name in ("bsdf", "model"):
+        assert run("export", folder / f"{name}.h5", "--format", "klems-quarter", "-o", f"{name}.xml") == 0
+    first, second = (read(Path(f"{name}.xml")).matrices for name in ("bsdf", "model"))
+    assert first.keys() == second.keys()
+    for key, values in first.items():
+        np.testing.assert_allclose(second[key], values, rtol=1e-5, atol=1e-9)
+
+
+def test_solar_from_the_channels(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    export = ["export", folder / "two.h5", "--format", "klems-quarter", "-o", "x.xml"]
+    assert run(*export) == 0
+    assert not read(Path("x.xml")).matrices["Solar", "Reflection", "Back"].any()
+    assert run(*export, "--solar-spectrum", "iso-9050", "--solar-band", "nir=780-1100") == 0
+    assert "780-1100 nm" in capsys.readouterr().err
+    written = read(Path("x.xml"))
+    assert "ISO 9050" in written.text["Comments"]
+    visible, solar = (written.hemispherical(band, "Reflection", "Back") for band in ("Visible", "Solar"))  # type: ignore[arg-type]
+    np.testing.assert_allclose(visible, 0.2, atol=2e-3)
+    share = (solar - 0.2) / 0.3  # of the near infrared: 0.245 of 0.245 + 0.552
+    np.testing.assert_allclose(share, 0.31, atol=0.015)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--fill", "model", "--uncertainty", "u.csv"], "--fill none or --fill nearest"),
+        (["--fill", "none", "--cells", "c.csv"], "--cells goes with --fill model"),
+        (["--fill", "nearest", "--rescale"], "--rescale goes with --fill model"),
+        (["--material", "m.rad"], "--material goes with tensor3"),
+        (["--incident", "30,0"], "csv, pab and nist"),
+        (["--solar-band", "visible=380-780"], "goes with --solar-spectrum"),
+        (["--solar-spectrum", "iso-9050"], "--assume-flat"),
+        (["--solar-spectrum", "iso-9050", "--assume-flat"], "give one of them"),
+        (["--solar-spectrum", "iso-9050", "--solar-band", "visible"], "write CHANNEL=FROM-TO"),
+        (["--xyz", "X=a,Y=b"], "write X=CHANNEL,Y=CHANNEL,Z=CHANNEL"),
+        (["--xyz", "X=a,Y=b,Z=c"], "no channel 'a'"),
+        (["--channel", "blue"], "no channel 'blue'"),
+        (["--cells", "x.xml"], "named twice"),
+    ],
+)
+def test_wrong_options_are_one_line(
+    folder: Path, arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("export", folder / "model.h5", "--format", "klems-full", "-o", "x.xml", *arguments) == 2
+    captured = capsys.readouterr()
+    assert words in captured.err
+    assert captured.err.count("\n") == 1
+    assert not list(Path().iterdir())
+
+
+def test_what_needs_a_dataset_or_a_symmetry_says_so(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    klems = ["--format", "klems-quarter", "-o", "x.xml"]
+    assert run("export", folder / "model.h5", *klems, "--fill", "nearest") == 2
+    assert "is no dataset" in capsys.readouterr().err
+    undeclared = lambert_and_mirror((30.0,), coarse=800)
+    undeclared.symmetry = "undeclared"
+    write_dataset(undeclared, Path("undeclared.h5"))
+    assert run("export", "undeclared.h5", *klems) == 2
+    assert "--symmetry" in capsys.readouterr().err
+    assert run("export", "undeclared.h5", *klems, "--symmetry", "isotropic") == 0
+    assert run("export", "x.xml", "--format", "klems-full", "-o", "y.xml") == 2
+    assert "gonio convert" in capsys.readouterr().err
+
+
+def test_points_of_a_model(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = folder / "model.h5"
+    assert run("export", model, "--format", "csv", "-o", "x.csv", "--incident", "30,90", "--step", "5") == 0
+    assert "flagged as simulated" in capsys.readouterr().err
+    rows = list(csv.DictReader(line for line in Path("x.csv").read_text().splitlines() if not line.startswith("#")))
+    assert len(rows) == 36 * 72
+    assert {(r["theta_i_deg"], r["phi_i_deg"], r["flags"]) for r in rows} == {("30", "90", "simulated")}
+    behind = [r for r in rows if float(r["theta_s_deg"]) > 90]
+    tau = sum(float(r["dsf_per_sr"]) * float(r["solid_angle_sr"]) for r in behind)
+    assert tau == pytest.approx(0.1, abs=0.002)
+    brightest = max(rows, key=lambda r: float(r["dsf_per_sr"]))
+    assert abs(float(brightest["theta_s_deg"]) - 30.0) <= 2.5
+    assert float(brightest["phi_s_deg"]) == 270.0
+    assert run("export", model, "--format", "pab", "-o", "set") == 0
+    assert len(list(Path("set").glob("*.txt"))) == 6  # 10, 40, 60 degrees; reflection and transmission
+    capsys.readouterr()
+    assert run("export", model, "--format", "csv", "-o", "y.csv", "--step", "7") == 2
+    assert "does not divide" in capsys.readouterr().err
+    assert run("export", model, "--format", "csv", "-o", "y.csv", "--incident", "30") == 2
+    assert "THETA,PHI" in capsys.readouterr().err
+
+
+def test_trees_go_to_their_writer(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    export = ["export", folder / "model.h5", "--format", "tensor3", "--resolution", "4", "-o", "t.xml"]
+    assert run(*export, "--material", "t.rad", "--cells", "t.csv", "--leaves", "2000") == 0
+    assert capsys.readouterr().out == "t.xml\nt.rad\nt.csv\n"
+    assert "TensorTree3" in Path("t.xml").read_text()
+    assert "t.xml" in Path("t.rad").read_text()
+    assert run("query", "t.xml", "--incident", "40,0", "--outgoing", "20,90") == 0

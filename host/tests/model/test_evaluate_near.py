@@ -1,0 +1,96 @@
+"""test_evaluate_near.py: lobes alone, points near lobes and points in cells: closed forms; compiled and numpy."""
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from gonio.model import evaluate as evaluation
+from gonio.model import fallback
+from gonio.model.evaluate import lobes_at, near_lobes
+from gonio.model.hemisphere import disc_from_unit, tangent_axes
+from gonio.model.lobe import Lobe
+
+_model = pytest.importorskip("gonio.model._model")
+FloatArray = NDArray[np.float64]
+
+
+@pytest.fixture(params=[_model, fallback], ids=["compiled", "numpy"])
+def module(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Who answers."""
+    monkeypatch.setattr(evaluation, "model", request.param)
+    return request.param
+
+
+def directions(n: int, seed: int = 1) -> FloatArray:
+    """Unit vectors (n, 3) all over the upper hemisphere."""
+    z, phi = np.random.default_rng(seed).random((2, n))
+    phi *= 2.0 * np.pi
+    across = np.sqrt(1.0 - z**2)
+    return np.column_stack((across * np.cos(phi), across * np.sin(phi), z))
+
+
+LOBES = (
+    Lobe(np.array([0.0, 0.0, 1.0]), np.array([[0.01, 0.002], [0.002, 0.04]]), 3.0),
+    Lobe(np.array([0.6, 0.0, 0.8]), np.array([[0.0004, 0.0], [0.0, 0.0009]]), 50.0),
+    Lobe(np.array([0.0, -1.0, 0.0]), np.array([[1.0, -0.2], [-0.2, 2.0]]), 0.5),  # wider than the sphere
+)
+FRAME = tangent_axes(np.array([one.centre for one in LOBES]))
+WHITENING = np.array([np.linalg.inv(np.linalg.cholesky(one.covariance_rad2)) for one in LOBES])
+
+
+@pytest.mark.usefixtures("module")
+def test_lobes_alone_are_their_sum() -> None:
+    unit = directions(3000)
+    peak = np.array([one.peak_per_sr for one in LOBES])
+    expected = np.sum([one.dsf_per_sr(unit) for one in LOBES], axis=0)
+    np.testing.assert_allclose(lobes_at(FRAME, WHITENING, peak, unit), expected, rtol=1e-9)
+    assert not np.any(lobes_at(FRAME[:0], WHITENING[:0], peak[:0], unit))
+
+
+@pytest.mark.usefixtures("module")
+def test_points_near_lobes() -> None:
+    unit = directions(3000, 2)
+    rows, places = near_lobes(FRAME, WHITENING, unit, 2.5)
+    assert len(rows) == len(places) == 3
+    for lobe, row, v in zip(LOBES, rows, places, strict=True):
+        longest = 2.5 * np.sqrt(np.linalg.eigvalsh(lobe.covariance_rad2)[1])
+        angle = np.arccos(np.clip(unit @ lobe.centre, -1.0, 1.0))
+        np.testing.assert_array_equal(row, np.flatnonzero(angle <= longest))
+        expected = -2.0 * np.log(lobe.dsf_per_sr(unit[row]) / lobe.peak_per_sr)
+        np.testing.assert_allclose(np.sum(v**2, axis=1), expected, rtol=1e-9)
+    assert 0 < len(rows[1]) < len(rows[0]) < len(rows[2]) == len(unit)
+    assert near_lobes(FRAME[:0], WHITENING[:0], unit, 2.0) == ([], [])
+
+
+def test_places_are_the_same_in_both() -> None:
+    unit = directions(2000, 3)
+    for ours, theirs in zip(
+        _model.near_lobes(unit, FRAME, WHITENING, 3.0), fallback.near_lobes(unit, FRAME, WHITENING, 3.0), strict=True
+    ):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-12)
+    for one in (_model, fallback):
+        with pytest.raises(ValueError, match="per lobe"):
+            one.near_lobes(unit, FRAME, WHITENING[1:], 3.0)
+
+
+@pytest.mark.parametrize("size", [1, 7, 160])
+@pytest.mark.parametrize("one", [_model, fallback], ids=["compiled", "numpy"])
+def test_points_sorted_into_cells(one: ModuleType, size: int) -> None:
+    unit = directions(5000, 4)
+    order, home, start = one.sorted_cells(unit, size)
+    np.testing.assert_array_equal(np.sort(order), np.arange(5000))
+    assert start[0] == 0
+    assert start[-1] == 5000
+    assert np.all(np.diff(home) > 0)
+    cell = np.floor((disc_from_unit(unit) + 1.0) * 0.5 * size).astype(np.int64)
+    of_sorted = (cell[:, 1] * size + cell[:, 0])[order]
+    np.testing.assert_array_equal(of_sorted, np.repeat(home, np.diff(start)))
+    assert all(np.all(np.diff(order[a:b]) > 0) for a, b in zip(start[:-1].tolist(), start[1:].tolist(), strict=True))
+
+
+def test_no_points_in_cells() -> None:
+    for one in (_model, fallback):
+        order, home, start = one.sorted_cells(np.zeros((0, 3)), 5)
+        assert (len(order), len(home), start.tolist()) == (0, 0, [0])
