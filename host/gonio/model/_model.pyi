@@ -30,9 +30,7 @@ def grid_at(values: _Floats, half_width: float, position: _Floats) -> _Floats:
 def suitable_size(position: _Floats, half_width: float, most_cells: int) -> int:
     """Nodes per side, 2^p + 1, for points (n, 2): see grid_fit.suitable_size."""
 
-def near_lobes(
-    unit: _Floats, frame: _Floats, whitening: _Floats, reach: float
-) -> tuple[_Numbers, _Numbers, _Floats]:
+def near_lobes(unit: _Floats, frame: _Floats, whitening: _Floats, reach: float) -> tuple[_Numbers, _Numbers, _Floats]:
     """Which of unit vectors (n, 3) lie within `reach` standard deviations along the longer axis of each lobe, of frames
     (l, 3, 3) and whitening (l, 2, 2) as slices.Slices has them: first item of each lobe (l + 1,), and over all lobes
     rows (m,), rising in each, and places v in whitened coordinates (m, 2)."""

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.scattering import Features, FloatArray, IndexArray, Origin
-from gonio.model.coverage import BEYOND, WITHIN
-from gonio.model.energy import Bound
+from gonio.model.between.energy import Bound
+from gonio.model.between.resolve import Resolver
 from gonio.model.evaluate import evaluate
 from gonio.model.hemisphere import folded
-from gonio.model.points import COMPONENTS, SAME_DEG, Component
-from gonio.model.resolve import Resolver
+from gonio.model.nodes.coverage import BEYOND, WITHIN
+from gonio.model.nodes.points import COMPONENTS, SAME_DEG, Component
 from gonio.model.slices import Slices
 
 _REMEMBERED = 16  # sets of incident directions per component

@@ -10,14 +10,14 @@ from gonio.dataset.bsdf import Dataset, Symmetry
 from gonio.dataset.scattering import Bsdf, MeasuredIntegral
 from gonio.geometry.directions import angles_deg_from_unit
 from gonio.model import reciprocity
+from gonio.model.between.choose import as_json, chosen, held_out, leave_one_out
+from gonio.model.between.energy import LARGEST_CORRECTION, Bound, with_node_scales
+from gonio.model.between.resolve import Resolver
+from gonio.model.between.scheme import SCHEMES, Scheme, named
 from gonio.model.channel import Fitted, FittedComponent
-from gonio.model.choose import as_json, chosen, held_out, leave_one_out
-from gonio.model.energy import LARGEST_CORRECTION, Bound, with_node_scales
-from gonio.model.nodes import Ground, Node, build_node, lobes_of
-from gonio.model.points import Component, Points, points_of
-from gonio.model.resolve import Resolver
-from gonio.model.scheme import SCHEMES, Scheme, named
-from gonio.model.symmetry import Images, compared_images, declared, images_of, prepared
+from gonio.model.nodes.node import Ground, Node, build_node, lobes_of
+from gonio.model.nodes.points import Component, Points, points_of
+from gonio.model.nodes.symmetry import Images, compared_images, declared, images_of, prepared
 from gonio.model.validity import sentences
 from gonio.units.errors import UsageError
 from gonio.units.version import gonio_version

@@ -18,13 +18,13 @@ import numpy as np
 
 from gonio.dataset.scattering import Bsdf, MeasuredIntegral, Scattering
 from gonio.model.analytic import AnalyticScattering
+from gonio.model.between.energy import Bound
+from gonio.model.between.resolve import Resolver
+from gonio.model.between.scheme import named
 from gonio.model.channel import Fitted, FittedComponent
-from gonio.model.energy import Bound
-from gonio.model.nodes import Node
-from gonio.model.points import COMPONENTS
-from gonio.model.resolve import Resolver
-from gonio.model.scheme import named
-from gonio.model.symmetry import Images
+from gonio.model.nodes.node import Node
+from gonio.model.nodes.points import COMPONENTS
+from gonio.model.nodes.symmetry import Images
 from gonio.units.errors import UsageError
 
 FORMAT = 1

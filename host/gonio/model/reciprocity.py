@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gonio.dataset.scattering import Origin
 from gonio.model.channel import Fitted
-from gonio.model.points import Component, Points
+from gonio.model.nodes.points import Component, Points
 
 FloatArray = NDArray[np.float64]
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from gonio.geometry.directions import angles_deg_from_unit
+from gonio.model.between.mesh import LARGEST_GAP_DEG, Triangles
 from gonio.model.channel import Fitted, FittedComponent
-from gonio.model.mesh import LARGEST_GAP_DEG, Triangles
-from gonio.model.points import Component
+from gonio.model.nodes.points import Component
 
 RULE = (
     "Beyond the measured incident directions everything is held in the coordinates in which it moves: a lobe's offset "

@@ -131,10 +131,10 @@ def test_sums_of_parts_are_those_of_the_whole() -> None:
 
     tree = GrownTree(CellIntegrator(truth, Component("Reflection", "Back"), "interior", 3, plain), 6)
     tree.plant()
-    for level in (2, 3, 4):
+    for level in (1, 2, 3):
         index = tree.levels[level].index
         own = tree.integrator.sums(index, level, inner=9, outer=9)
-        np.testing.assert_allclose(tree.levels[level].sums.mean, own.mean, rtol=3e-4)
+        np.testing.assert_allclose(tree.levels[level].sums.mean, own.mean, rtol=2e-3)
 
 
 def test_chosen_leaves_are_the_best_for_their_number() -> None:

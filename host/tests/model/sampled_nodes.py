@@ -10,8 +10,8 @@ from sampled_points import distribution, spread
 
 from gonio.dataset.bsdf import Dataset
 from gonio.geometry.directions import unit_from_angles_deg
-from gonio.model.frames import level_axes, tangents
-from gonio.model.nodes import Node
+from gonio.model.nodes.frames import level_axes, tangents
+from gonio.model.nodes.node import Node
 
 __all__ = ["MIRROR", "Moving", "dataset", "distribution", "gaussian", "node_with", "spread", "towards"]
 FloatArray = NDArray[np.float64]

@@ -7,14 +7,14 @@ import pytest
 from numpy.typing import NDArray
 from sampled_nodes import MIRROR, dataset, gaussian, node_with, spread, towards
 
+from gonio.model.between.energy import BOUND_SLACK, LARGEST_CORRECTION, Bound, integrals, with_node_scales
+from gonio.model.between.resolve import Resolver
+from gonio.model.between.scheme import SCHEMES
 from gonio.model.channel import Fitted
-from gonio.model.energy import BOUND_SLACK, LARGEST_CORRECTION, Bound, integrals, with_node_scales
 from gonio.model.evaluate import evaluate
 from gonio.model.fitted import fit_bsdf
-from gonio.model.points import points_of
-from gonio.model.resolve import Resolver
-from gonio.model.scheme import SCHEMES
-from gonio.model.symmetry import IDENTITY, Images
+from gonio.model.nodes.points import points_of
+from gonio.model.nodes.symmetry import IDENTITY, Images
 
 FloatArray = NDArray[np.float64]
 ALONE = Images("none", (IDENTITY,))

@@ -8,11 +8,11 @@ from sampled_nodes import MIRROR, Moving, dataset, gaussian, spread, towards
 from benchmarks.models.samples import RetroCoating
 from gonio.dataset.bsdf import Dataset
 from gonio.dataset.scattering import Bsdf, Origin, Scattering
-from gonio.model.choose import Prediction, chosen
+from gonio.model.between.choose import Prediction, chosen
+from gonio.model.between.mesh import Line, Triangles
+from gonio.model.between.scheme import SCHEMES
 from gonio.model.fitted import fit_bsdf
-from gonio.model.frames import level_axes, tangents
-from gonio.model.mesh import Line, Triangles
-from gonio.model.scheme import SCHEMES
+from gonio.model.nodes.frames import level_axes, tangents
 from gonio.units.errors import UsageError
 
 FloatArray = NDArray[np.float64]

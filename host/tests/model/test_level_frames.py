@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sampled_nodes import spread, towards
 
-from gonio.model.coverage import BETWEEN, BEYOND, WITHIN, coverage, look_up
-from gonio.model.frames import along_tangents, level_axes, level_covariance, symmetric_function, tangents
 from gonio.model.hemisphere import disc_from_unit
 from gonio.model.lobe import Lobe
+from gonio.model.nodes.coverage import BETWEEN, BEYOND, WITHIN, coverage, look_up
+from gonio.model.nodes.frames import along_tangents, level_axes, level_covariance, symmetric_function, tangents
 
 ANGLES = st.tuples(st.floats(0.0, 100.0), st.floats(0.0, 360.0))
 

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 from sampled_nodes import MIRROR, dataset, gaussian, spread, towards
 
 from gonio.model.fitted import fit_bsdf
-from gonio.model.points import points_of
-from gonio.model.symmetry import HALF_TURN, LEFT_RIGHT, UP_DOWN, compared_images, declared, images_of
+from gonio.model.nodes.points import points_of
+from gonio.model.nodes.symmetry import HALF_TURN, LEFT_RIGHT, UP_DOWN, compared_images, declared, images_of
 from gonio.units.errors import UsageError
 
 FloatArray = NDArray[np.float64]

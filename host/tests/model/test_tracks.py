@@ -3,8 +3,8 @@
 import numpy as np
 from sampled_nodes import MIRROR, node_with, towards
 
-from gonio.model.mesh import Line
-from gonio.model.tracks import Lobes, Matcher, match, track
+from gonio.model.between.mesh import Line
+from gonio.model.between.tracks import Lobes, Matcher, match, track
 
 NO_IMAGE = np.array([1.0, 1.0])
 

@@ -10,8 +10,8 @@ from gonio.model.analytic.component import Component
 from gonio.model.analytic.family import Family, Process
 from gonio.model.analytic.starts import starts_of
 from gonio.model.analytic.weighted_fit import WeightedFit, fit_weighted
-from gonio.model.points import Points, joined
-from gonio.model.symmetry import to_azimuth_0
+from gonio.model.nodes.points import Points, joined
+from gonio.model.nodes.symmetry import to_azimuth_0
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ from gonio.model.analytic.family import Process
 from gonio.model.analytic.held_out import best, held_out, rule
 from gonio.model.analytic.scattering import KIND, AnalyticScattering, Sides
 from gonio.model.analytic.targets import tie_of
-from gonio.model.points import Component as Side
-from gonio.model.points import Points, points_of
+from gonio.model.nodes.points import Component as Side
+from gonio.model.nodes.points import Points, points_of
+from gonio.model.nodes.symmetry import compared_images, declared, images_of
 from gonio.model.sphere_values import Band, SphereRow, SphereValues, threads_from_stacks
-from gonio.model.symmetry import compared_images, declared, images_of
 from gonio.units.errors import UsageError
 
 AUTO = "auto"

@@ -11,7 +11,7 @@ from gonio.model.analytic.component_fit import Fitted, fit_component, theta_deg,
 from gonio.model.analytic.family import Family, Process
 from gonio.model.analytic.targets import tie_of
 from gonio.model.analytic.weighting import left, thinned
-from gonio.model.points import Points
+from gonio.model.nodes.points import Points
 
 LEAST_DIRECTIONS = 3  # from which on whole incident directions are left out
 _EVERY = 5  # else every fifth point is kept back

@@ -11,7 +11,7 @@ from gonio.model.analytic.component_fit import Fitted, theta_deg
 from gonio.model.analytic.simplex_fit import fit_simplex
 from gonio.model.analytic.weighted_fit import WeightedFit, dsf_of
 from gonio.model.analytic.weighting import left
-from gonio.model.points import Points
+from gonio.model.nodes.points import Points
 
 _PAIRS = 400
 _LARGEST_THETA_DEG = 75.0

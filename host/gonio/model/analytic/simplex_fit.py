@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 
 from gonio.dataset.scattering import FloatArray
 from gonio.model.analytic.weighting import thinned
-from gonio.model.points import Points
+from gonio.model.nodes.points import Points
 
 _MOST_POINTS = 4000
 _GRAZING = 0.05  # cosine below which a BSDF is mostly the DSF's noise

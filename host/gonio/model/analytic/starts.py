@@ -8,7 +8,7 @@ from gonio.dataset.scattering import FloatArray
 from gonio.model.analytic.abg import distance
 from gonio.model.analytic.family import Family
 from gonio.model.analytic.weighting import thinned, weights
-from gonio.model.points import Points
+from gonio.model.nodes.points import Points
 
 _NEAR = 0.05  # direction cosines about the mirror direction
 _BEST = 4

@@ -8,7 +8,7 @@ from gonio.dataset.scattering import FloatArray
 from gonio.model.analytic.component import Component
 from gonio.model.analytic.component_fit import theta_deg
 from gonio.model.analytic.tie import Tie
-from gonio.model.points import Points
+from gonio.model.nodes.points import Points
 from gonio.model.sphere_values import SphereRow
 
 WHOLE = 0.98  # share of the cosine-weighted hemisphere from which on a sum over points is the whole

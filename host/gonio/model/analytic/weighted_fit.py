@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from gonio.dataset.scattering import FloatArray
 from gonio.model.analytic.family import Family, bounds, from_fitted, to_fitted
 from gonio.model.analytic.weighting import thinned, weights
-from gonio.model.points import Points
+from gonio.model.nodes.points import Points
 
 _REWEIGHTED = 3  # times; after that weights change nothing that matters
 _THIN = 2000  # points per distribution while starts are tried

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gonio.dataset.scattering import FloatArray
-from gonio.model.points import Points
+from gonio.model.nodes.points import Points
 
 RELATIVE_FLOOR = 0.02  # of the DSF: no point counts as better known by the model's family than this
 LOW = 1e-3  # of the mean DSF: below, all points count as equally dark

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from gonio.dataset.bsdf import Symmetry
-from gonio.model.points import SAME_DEG, Points, joined
+from gonio.model.nodes.points import SAME_DEG, Points, joined
 from gonio.units.errors import UsageError
 
 FloatArray = NDArray[np.float64]

@@ -1,18 +1,18 @@
-"""nodes.py: what is kept of one measured incident direction: lobes, what is left beside them, and a background."""
+"""node.py: what is kept of one measured incident direction: lobes, what is left beside them, and a background."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gonio.model.coverage import coverage
 from gonio.model.evaluate import lobes_at, near_lobes
-from gonio.model.frames import level_axes, level_covariance, symmetric_function
 from gonio.model.grid_fit import fit_grid, grid_at, suitable_size
 from gonio.model.hemisphere import disc_from_unit, ideal
 from gonio.model.lobe import Lobe
 from gonio.model.lobes.fit import fit_lobes
-from gonio.model.points import Points
+from gonio.model.nodes.coverage import coverage
+from gonio.model.nodes.frames import level_axes, level_covariance, symmetric_function
+from gonio.model.nodes.points import Points
 from gonio.model.slices import PATCH_HALF_WIDTH
 
 FloatArray = NDArray[np.float64]

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gonio.model.between.resolve import Resolver
 from gonio.model.evaluate import evaluate
-from gonio.model.frames import along_tangents
-from gonio.model.nodes import Node
-from gonio.model.points import Points
-from gonio.model.resolve import Resolver
+from gonio.model.nodes.frames import along_tangents
+from gonio.model.nodes.node import Node
+from gonio.model.nodes.points import Points
 from gonio.model.slices import Grids, Slices
 
 FloatArray = NDArray[np.float64]

@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from gonio.model.coverage import BEYOND, look_up
-from gonio.model.frames import along_tangents, level_axes, symmetric_function
+from gonio.model.between.mesh import Line, Stencil, Triangles
+from gonio.model.between.scheme import Scheme
+from gonio.model.between.tracks import FOLLOWS, Lobes, Matcher, Matches, Tracks, track
 from gonio.model.grid_fit import grid_at
 from gonio.model.hemisphere import ideal
-from gonio.model.mesh import Line, Stencil, Triangles
-from gonio.model.nodes import Node
-from gonio.model.scheme import Scheme
+from gonio.model.nodes.coverage import BEYOND, look_up
+from gonio.model.nodes.frames import along_tangents, level_axes, symmetric_function
+from gonio.model.nodes.node import Node
+from gonio.model.nodes.symmetry import Images
 from gonio.model.slices import Grids, Slices
-from gonio.model.symmetry import Images
-from gonio.model.tracks import FOLLOWS, Lobes, Matcher, Matches, Tracks, track
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]

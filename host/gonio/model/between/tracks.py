@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from gonio.model.frames import level_axes, tangents
 from gonio.model.hemisphere import Follows, ideal
-from gonio.model.nodes import Node
+from gonio.model.nodes.frames import level_axes, tangents
+from gonio.model.nodes.node import Node
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]

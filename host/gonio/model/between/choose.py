@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.scattering import Origin
+from gonio.model.between.resolve import Resolver
+from gonio.model.between.scheme import Scheme
 from gonio.model.evaluate import evaluate
-from gonio.model.nodes import Node
-from gonio.model.points import Points
-from gonio.model.resolve import Resolver
-from gonio.model.scheme import Scheme
+from gonio.model.nodes.node import Node
+from gonio.model.nodes.points import Points
 
 FloatArray = NDArray[np.float64]
 

@@ -1,0 +1,1 @@
+"""What was measured at each incident direction: points, lobes, what is left beside them, the declared symmetry."""
