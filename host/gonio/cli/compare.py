@@ -14,7 +14,7 @@ from gonio.cli.places import check_inputs, check_outputs
 
 if TYPE_CHECKING:
     from gonio.compare.result import Comparison, Settings
-    from gonio.dataset.bsdf import Dataset, Distribution, Side, Symmetry
+    from gonio.dataset.bsdf import Dataset, Distribution, Side
     from gonio.dataset.scattering import Bsdf, Scattering
     from gonio.simulate.closed_form import Truth
 
@@ -167,7 +167,7 @@ def _with_bsdf(reference: "Dataset", a: Path, b: Path, settings: "Settings", fac
 
     kind = kind_of(b)
     in_xml = kind in ("matrices", "tree")
-    bsdf = open_bsdf(b, symmetry=_declared(reference), front=faces if in_xml and faces != "undeclared" else None)
+    bsdf = open_bsdf(b, front=faces if in_xml and faces != "undeclared" else None)
     if in_xml and faces == "undeclared":
         raise UsageError(
             f"{a}: it is not declared which way the sample's front faces: give --front exterior or --front interior"
@@ -190,10 +190,6 @@ def channel_for(bsdf: "Bsdf", distribution: "Distribution", names: set[str]) -> 
     if own in bsdf.channels:
         return bsdf.channels[own]
     return bsdf.channels[others.pop()] if own != "solar" and len(names - {"solar"}) == len(others) == 1 else None
-
-
-def _declared(dataset: "Dataset") -> "Symmetry | None":
-    return None if dataset.symmetry == "undeclared" else dataset.symmetry
 
 
 def _check(found: "Comparison", least_percent: float) -> None:

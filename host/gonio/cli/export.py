@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gonio.cli.exporting import ModelOptions, export_matrices, export_tree, points_of_model
-from gonio.cli.options import Front
+from gonio.cli.options import DeclaredSymmetry, Front
 from gonio.cli.places import check_inputs, check_outputs
-from gonio.cli.query import Declared
 from gonio.cli.saying import say
 from gonio.units.errors import UsageError
 
@@ -38,13 +37,6 @@ class Fill(StrEnum):
     MODEL = "model"
     NONE = "none"
     NEAREST = "nearest"
-
-
-class SolarSpectrum(StrEnum):
-    """Standard spectra of sunlight."""
-
-    ASTM_G173 = "astm-g173"
-    ISO_9050 = "iso-9050"
 
 
 def register(app: typer.Typer) -> None:
@@ -85,7 +77,8 @@ def export(
         typer.Option(help="klems, tensor, pab: side that the front faces; goes before what the file says."),
     ] = None,
     symmetry: Annotated[
-        Declared | None, typer.Option(help="klems, tensor: what is declared of the sample; before what the file says.")
+        DeclaredSymmetry | None,
+        typer.Option(help="klems, tensor: what is declared of the sample; before what the file says."),
     ] = None,
     fill: Annotated[
         Fill | None,
@@ -124,8 +117,12 @@ def export(
         ),
     ] = False,
     solar_spectrum: Annotated[
-        SolarSpectrum | None,
-        typer.Option(help="klems, tensor: solar is the channels' mean, weighted by this spectrum of sunlight."),
+        str | None,
+        typer.Option(
+            metavar="astm-g173|FILE.csv",
+            help="klems, tensor: solar is the channels' mean, weighted by this spectrum of sunlight. A file has "
+            "columns wavelength_nm and irradiance (any unit), or wavelength_nm and share.",
+        ),
     ] = None,
     solar_band: Annotated[
         list[str] | None,
@@ -163,7 +160,7 @@ def export(
         None if symmetry is None else symmetry.value,
         assume_flat,
         rescale,
-        None if solar_spectrum is None else solar_spectrum.value,
+        solar_spectrum,
         tuple(solar_band or ()),
         xyz,
         cells,

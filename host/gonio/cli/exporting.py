@@ -49,7 +49,14 @@ def opened(file: Path, options: ModelOptions) -> "Bsdf":
         from gonio.formats.raw_signal import refuse_raw
 
         refuse_raw([d for d in read_dataset(file).distributions if options.channel in (None, d.channel)])
-    return open_bsdf(file, symmetry=options.symmetry, front=options.front)
+    wanted: list[str] | None = None
+    if options.xyz is not None:
+        wanted = list(dict.fromkeys((_xyz(options.xyz) or {}).values()))
+    elif options.channel is not None:
+        wanted = [options.channel]
+    if options.solar_spectrum is not None:
+        wanted = None  # every channel may have a share of the sun
+    return open_bsdf(file, symmetry=options.symmetry, front=options.front, channels=wanted)
 
 
 def export_matrices(file: Path, output: Path, basis: str, options: ModelOptions) -> None:
@@ -117,7 +124,7 @@ def points_of_model(file: Path, incident: list[str], step_deg: float | None, opt
 def _with_solar(bsdf: "Bsdf", options: ModelOptions) -> tuple["Bsdf", list[str]]:
     if options.solar_spectrum is None:
         if options.solar_band:
-            raise UsageError("--solar-band goes with --solar-spectrum astm-g173 or iso-9050")
+            raise UsageError("--solar-band goes with --solar-spectrum astm-g173 or a FILE.csv")
         return bsdf, []
     from gonio.formats.solar.weighted import with_solar
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gonio.cli.device import JsonOption
-from gonio.cli.options import OutputOption
+from gonio.cli.options import DeclaredSymmetry, OutputOption
 from gonio.cli.places import check_inputs, check_outputs
 from gonio.cli.saying import say
 from gonio.units.errors import UsageError
@@ -19,16 +19,6 @@ if TYPE_CHECKING:
     from gonio.dataset.bsdf import Dataset, Symmetry
     from gonio.dataset.scattering import Bsdf
     from gonio.model.sphere_values import Band
-
-
-class DeclaredSymmetry(StrEnum):
-    """What the user may declare of the sample."""
-
-    ISOTROPIC = "isotropic"
-    BILATERAL = "bilateral"
-    QUADRILATERAL = "quadrilateral"
-    UP = "up"
-    NONE = "none"
 
 
 class SphereTie(StrEnum):
@@ -147,20 +137,28 @@ def fit(
 
 def _named(what: list[str]) -> tuple[str | None, Path]:
     """The family, if one is named, and the file."""
+    from gonio.model.analytic import FAMILIES
+
     if len(what) == 1:
+        if what[0] in FAMILIES and not Path(what[0]).exists():
+            raise UsageError(f"fit {what[0]}: name the dataset behind the family")
         return None, Path(what[0])
     if len(what) > 2:
         raise UsageError(f"{what[2]}: fit takes one file, and before it perhaps a family")
-    from gonio.model.analytic import FAMILIES
-
     if what[0] not in FAMILIES:
         raise UsageError(f"no family {what[0]!r}: choose one of {', '.join(FAMILIES)}, or name the file alone")
     return what[0], Path(what[1])
 
 
 def _points(file: Path) -> "Dataset":
-    from gonio.dataset.nexus import read_dataset
-    from gonio.reduce.imported import reduce_dataset
+    from gonio.cli.sources import check_dataset
+    from gonio.dataset.nexus import read_dataset, read_scattering
+
+    check_dataset(file)
+    dataset = read_scattering(file)
+    if all(distribution.solid_angle_sr.any() for distribution in dataset.distributions):
+        return dataset
+    from gonio.reduce.imported import reduce_dataset  # without cells: as it was imported
 
     return reduce_dataset(read_dataset(file))
 

@@ -16,3 +16,13 @@ class Front(StrEnum):
 
     EXTERIOR = "exterior"
     INTERIOR = "interior"
+
+
+class DeclaredSymmetry(StrEnum):
+    """What the user may declare of the sample."""
+
+    ISOTROPIC = "isotropic"
+    BILATERAL = "bilateral"
+    QUADRILATERAL = "quadrilateral"
+    UP = "up"
+    NONE = "none"

@@ -3,14 +3,13 @@
 # ruff: noqa: PLC0415 - a command imports what it needs when it runs: --help stays fast
 
 import json
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gonio.cli.device import JsonOption
-from gonio.cli.options import Front
+from gonio.cli.options import DeclaredSymmetry, Front
 from gonio.cli.places import check_inputs, check_outputs
 from gonio.cli.saying import say
 from gonio.units.errors import UsageError
@@ -18,16 +17,6 @@ from gonio.units.errors import UsageError
 if TYPE_CHECKING:
     from gonio.dataset.scattering import Bsdf, Scattering
     from gonio.formats.asked_table import Counts
-
-
-class Declared(StrEnum):
-    """Symmetry of the sample, where points are to be fitted."""
-
-    NONE = "none"
-    ISOTROPIC = "isotropic"
-    BILATERAL = "bilateral"
-    QUADRILATERAL = "quadrilateral"
-    UP = "up"
 
 
 def register(app: typer.Typer) -> None:
@@ -62,7 +51,8 @@ def query(
         Front | None, typer.Option(help="Side that the sample's front faces; goes before what the file says.")
     ] = None,
     symmetry: Annotated[
-        Declared | None, typer.Option(help="Points are fitted: what to declare of the sample where the file does not.")
+        DeclaredSymmetry | None,
+        typer.Option(help="Points are fitted: what to declare of the sample where the file does not."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -167,7 +157,7 @@ def _table(scattering: "Scattering", file: Path, table: Path, output: Path, *, a
         typer.echo(json.dumps(_plain(counts, output), allow_nan=False))
         return
     for reason, number in counts.reasons.items():
-        say(f"{table}: {number} rows without a value: {reason}.")
+        say(f"{table}: {number} of {counts.rows} rows without a value: {reason}.")
     typer.echo(output)
 
 

@@ -69,10 +69,12 @@ def report(
     as_json: Annotated[bool, typer.Option("--json", help="Print the budget as one JSON object.")] = False,
 ) -> None:
     """Print the uncertainty budget, largest contribution first; write a self-contained HTML report."""
+    from gonio.cli.sources import check_dataset
     from gonio.dataset.nexus import read_dataset
 
     check_inputs(file, scenario)
     check_outputs(output, summary, inputs=[file, scenario])
+    check_dataset(file)
     dataset = read_dataset(file)
     truth = None
     if scenario:

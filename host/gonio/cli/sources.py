@@ -6,20 +6,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from gonio.cli.saying import say
+from gonio.units.errors import UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from gonio.dataset.bsdf import Dataset, Side, Symmetry
     from gonio.dataset.scattering import Bsdf
     from gonio.formats.findings import Findings
 
 FileKind = Literal["dataset", "model", "matrices", "tree", "points"]
 _HDF5 = b"\x89HDF\r\n\x1a\n"
+_RAW_LOG = b"\x89MCAP"
+_INSTEAD = {
+    "model": "is a fitted model: name the dataset that it was fitted to",
+    "matrices": "is BSDF XML: gonio import makes a dataset of it",
+    "tree": "is a tensor tree in XML: gonio import makes a dataset of it",
+    "points": "is a table of points: gonio import makes a dataset of it",
+}
 _MOST_SAID = 10
 
 
 def kind_of(path: Path) -> FileKind:
     """What a file is, by its content. Raises UsageError where it cannot be read or is nothing of that."""
-    from gonio.formats.detect import beginning_of, looks_like_xml, point_format
+    from gonio.formats.detect import beginning_of, looks_like_points, looks_like_xml
     from gonio.formats.tensor.read import is_tensor
 
     beginning = beginning_of(path)
@@ -29,16 +39,34 @@ def kind_of(path: Path) -> FileKind:
         return "model" if is_model(path) else "dataset"
     if looks_like_xml(beginning):
         return "tree" if is_tensor(path) else "matrices"
-    point_format(path)
+    if beginning.startswith(_RAW_LOG):
+        raise UsageError(f"{path}: is a raw log: gonio reduce makes a dataset of it")
+    if not looks_like_points(beginning):
+        raise UsageError(
+            f"{path}: is no dataset, fitted model, BSDF XML nor table of points that gonio knows: name another file"
+        )
     return "points"
 
 
-def open_bsdf(path: Path, *, symmetry: "Symmetry | None" = None, front: "Side | None" = None) -> "Bsdf":
+def check_dataset(path: Path) -> None:
+    """UsageError where a file is no dataset: what it is, and which command makes one of it."""
+    kind = kind_of(path)
+    if kind != "dataset":
+        raise UsageError(f"{path}: {_INSTEAD[kind]}")
+
+
+def open_bsdf(
+    path: Path,
+    *,
+    symmetry: "Symmetry | None" = None,
+    front: "Side | None" = None,
+    channels: "Sequence[str] | None" = None,
+) -> "Bsdf":
     """Any file as something that answers in any direction. Warnings about the file go to standard error.
 
     Points are fitted: measured datasets, and tables of points once they were given cells; `symmetry` goes before what
-    they declare. `front`: side that the sample's front faces; goes before what the file says. Raises UsageError, one
-    line.
+    they declare; a model keeps the one that it was fitted with. `front`: side that the sample's front faces; goes
+    before what the file says. `channels`: of points, those to be fitted; None: all. Raises UsageError, one line.
     """
     kind = kind_of(path)
     if kind == "matrices":
@@ -57,6 +85,10 @@ def open_bsdf(path: Path, *, symmetry: "Symmetry | None" = None, front: "Side | 
         from gonio.model.model_file import read_model
 
         bsdf = read_model(path)
+        if symmetry is not None and symmetry != bsdf.symmetry:
+            raise UsageError(
+                f"{path}: was fitted as {bsdf.symmetry}: leave --symmetry {symmetry} away, or fit the dataset again"
+            )
         if front is not None:
             bsdf.front_faces = front
         return bsdf
@@ -65,7 +97,7 @@ def open_bsdf(path: Path, *, symmetry: "Symmetry | None" = None, front: "Side | 
     dataset = _dataset(path, kind)
     if front is not None:
         dataset.front_faces = front
-    return fit_bsdf(dataset, symmetry=symmetry)
+    return fit_bsdf(dataset, symmetry=symmetry, channels=channels)
 
 
 def _dataset(path: Path, kind: FileKind) -> "Dataset":

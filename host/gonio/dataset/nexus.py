@@ -21,7 +21,15 @@ from gonio.dataset.nexus_entry import (
 from gonio.dataset.nexus_points import PointPacker, PointWriter
 from gonio.units.errors import UsageError
 
-__all__ = ["FORMAT", "PointPacker", "begin_points", "read_dataset", "read_provenance", "write_dataset"]
+__all__ = [
+    "FORMAT",
+    "PointPacker",
+    "begin_points",
+    "read_dataset",
+    "read_provenance",
+    "read_scattering",
+    "write_dataset",
+]
 FORMAT = 2
 _READABLE = (1, 2)
 _T = TypeVar("_T")
@@ -50,6 +58,12 @@ def write_dataset(dataset: Dataset, path: Path, packer: PointPacker | None = Non
 def read_dataset(path: Path) -> Dataset:
     """Read what write_dataset wrote. Raises UsageError for a missing, foreign, newer or damaged file."""
     return _open(path, _read_root)
+
+
+def read_scattering(path: Path) -> Dataset:
+    """The same for models: directions, DSF, variance, flags and solid angles are read; of the other columns there are
+    neither values nor effects (nexus_entry.read_entry), and no free beam. Raises UsageError as read_dataset does."""
+    return _open(path, lambda file: _read_root(file, scattering_only=True))
 
 
 def read_provenance(path: Path) -> dict[str, Any]:
@@ -93,17 +107,17 @@ def _write_root(file: h5py.File, dataset: Dataset, writer: PointWriter) -> None:
     file.attrs["default"] = names[0] if names else "dataset"
 
 
-def _read_root(file: h5py.File) -> Dataset:
+def _read_root(file: h5py.File, *, scattering_only: bool = False) -> Dataset:
     general = file["dataset"]
     sample = general["sample"]
     described: dict[str, Any] = {name: read_text(sample, name) for name in SAMPLE_FIELDS}
     names = sorted((name for name in file if name.startswith("incident_")), key=lambda name: int(name[9:]))
     return Dataset(
-        distributions=[read_entry(file[name]) for name in names],
+        distributions=[read_entry(file[name], scattering_only=scattering_only) for name in names],
         sample_name=read_text(sample, "name"),
         thickness_mm=float(sample["thickness"][()]) if "thickness" in sample else None,
         provenance=_read_provenance(file),
-        beam=read_entry(file["beam"]) if "beam" in file else None,
+        beam=read_entry(file["beam"]) if "beam" in file and not scattering_only else None,
         **described,
     )
 

@@ -24,6 +24,7 @@ POINT_FIELDS = {
     "solid_angle_sr": ("solid_angle", "sr", "f8"),
     "time_ns": ("time", "ns", "i8"),
 }
+SCATTERING_FIELDS = ("theta_deg", "phi_deg", "dsf_per_sr", "variance_per_sr2", "flags", "solid_angle_sr")
 # Empty where they are not known; then they are not in the file.
 OPTIONAL_FIELDS = {
     "linear_solid_angle_sr": ("linear_solid_angle", "sr", "f8"),
@@ -169,14 +170,22 @@ def read_text(group: h5py.Group, name: str) -> str:
     return str(group[name].asstr()[()])
 
 
-def read_entry(entry: h5py.Group) -> Distribution:
-    """What write_entry wrote, also in format 1, which had no effects, budgets, paths and linear weights."""
+def read_entry(entry: h5py.Group, *, scattering_only: bool = False) -> Distribution:
+    """What write_entry wrote, also in format 1, which had no effects, budgets, paths and linear weights.
+
+    scattering_only: of the columns no more than SCATTERING_FIELDS; the others are NaN or 0 and take neither time nor
+    room, those that may be empty are.
+    """
     beam, data = entry["instrument/beam"], entry["data"]
     values: dict[str, Any] = {
         field: float(beam[name][()]) for field, (name, _) in SCALAR_FIELDS.items() if name in beam
     }
     for field, (name, _, kind) in (POINT_FIELDS | OPTIONAL_FIELDS).items():
-        if field in POINT_FIELDS or name in data:
+        if scattering_only and field not in SCATTERING_FIELDS:
+            if field in POINT_FIELDS:
+                unread = np.array(np.nan if kind == "f8" else 0, dtype=kind)
+                values[field] = np.broadcast_to(unread, data[name].shape)
+        elif field in POINT_FIELDS or name in data:
             values[field] = data[name][...].astype(kind, copy=False)
     integrals = entry["integrals"]
     budgets: dict[str, dict[str, float]] = {}
@@ -185,12 +194,13 @@ def read_entry(entry: h5py.Group) -> Distribution:
         rows = zip(_texts(table, "integral"), _texts(table, "effect"), table["contribution"][...], strict=True)
         for name, effect, part in rows:
             budgets.setdefault(name, {})[effect] = float(part)
-    stored = [entry["effects"][name] for name in sorted(entry["effects"])] if "effects" in entry else []
+    has_effects = "effects" in entry and not scattering_only
+    stored = [entry["effects"][name] for name in sorted(entry["effects"])] if has_effects else []
     return Distribution(
         **values,
         channel=read_text(beam, "channel"),
         signal_unit=str(data["signal"].attrs["units"]),
-        paths=tuple(_texts(data, "paths")) if "paths" in data else (),
+        paths=tuple(_texts(data, "paths")) if "paths" in data and not scattering_only else (),
         integrals=dict(zip(_texts(integrals, "name"), map(float, integrals["value"][...]), strict=True)),
         budgets=budgets,
         effects={str(column.attrs["key"]): column[...].astype(np.float64) for column in stored},

@@ -104,7 +104,7 @@ def _answered(lines: list[str], columns: list[int], width: int, ask: Ask, counts
             kept = [*cells[:width], *[""] * (width - len(cells))]
             reason = f"{len(cells)} cells instead of {width}" if cells else "the line is too long"
             result[place] = ",".join([*(_quoted(cell) for cell in kept), "", "", reason])
-            _count(counts, reason.partition(" ")[2])
+            _count(counts, f"not {width} cells" if cells else reason)
             continue
         texts.append([cells[column] for column in columns])
         places.append(place)

@@ -1,4 +1,10 @@
-"""conversion.py: the matrices of a simulation file in another Klems basis: integrals are kept, nothing is fitted."""
+"""conversion.py: the matrices of a simulation file in another Klems basis: integrals are kept, nothing is fitted.
+
+Kept exactly: what an incident patch (cell) of the new basis sends out, over all outgoing ones, is the mean of what the
+old basis's incident cells send out that it overlaps, weighted by the projected solid angle that they share; so all
+light of the hemisphere is kept too. Where cells of both do not coincide that mean changes single columns: this is
+resolution, which a way there and back cannot undo.
+"""
 
 import numpy as np
 

@@ -28,17 +28,29 @@ def looks_like_xml(beginning: bytes) -> bool:
     return plain.startswith(b"<") or b"<?xml" in plain or b"<WindowElement" in plain
 
 
-def point_format(path: Path) -> PointFormat:
-    """The format of a file of points. Raises UsageError where none fits."""
-    beginning = beginning_of(path)
-    if not beginning.strip():
-        raise UsageError(f"{path}: is empty: name a file with points")
+def looks_like_points(beginning: bytes) -> bool:
+    """Whether a file with these first bytes holds points in one of the formats."""
+    return bool(beginning.strip()) and _point_format(beginning) is not None
+
+
+def _point_format(beginning: bytes) -> PointFormat | None:
     if pab.looks_like_pab(beginning):
         return "pab"
     if csv_read.looks_like_points(beginning):
         return "csv"
     if set(nist_csv.COLUMNS) <= {cell.strip() for cell in lines_of(beginning)[0].split(",")}:
         return "nist"
+    return None
+
+
+def point_format(path: Path) -> PointFormat:
+    """The format of a file of points. Raises UsageError where none fits."""
+    beginning = beginning_of(path)
+    if not beginning.strip():
+        raise UsageError(f"{path}: is empty: name a file with points")
+    found = _point_format(beginning)
+    if found is not None:
+        return found
     raise UsageError(
         f"{path}: is neither pab text (#incident_angle ...), a NIST BRDF table nor a CSV table with theta_s_deg:"
         " name its --format, or convert it"

@@ -35,7 +35,11 @@ def near_lobes(unit: _Floats, frame: _Floats, whitening: _Floats, reach: float) 
     (l, 3, 3) and whitening (l, 2, 2) as slices.Slices has them: first item of each lobe (l + 1,), and over all lobes
     rows (m,), rising in each, and places v in whitened coordinates (m, 2)."""
 
-def sorted_cells(unit: _Floats, size: int) -> tuple[_Numbers, _Numbers, _Numbers]:
-    """Unit vectors (n, 3) sorted into the cells of a grid of size x size over Lambert's disc, [-1, 1]^2: their order
-    (n,), in a cell as they came; of the occupied cells the place row * size + column (c,) and the range of sorted
-    points (c + 1,)."""
+def sorted_cells(
+    unit: _Floats, value: _Floats, variance: _Floats, weight: _Floats, size: int, most: int
+) -> tuple[_Numbers, _Numbers, _Numbers, _Floats, _Floats]:
+    """Points (n, 3), (n,) of weights above zero sorted into the cells of a grid of size x size over Lambert's disc,
+    [-1, 1]^2. Of the occupied cells: place row * size + column (c,), and the range of sorted points (c + 1,). Of the
+    points that stay: their rows (m,), in a cell as they came, and weights (m,), which in each cell have the sum of all.
+    Of the cells: sums (c, 6) of w, w v, w^2 variance and w times the unit vector over these. All stay, but of a cell
+    with more than `most` every n-th, where the values differ by less than 0.8 of their mean, noise apart."""

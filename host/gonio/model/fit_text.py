@@ -38,13 +38,15 @@ def _lobes(component: dict[str, Any]) -> list[str]:
     for node in component["nodes"]:
         lobes = "; ".join(
             f"{lobe['theta_deg']:.2f},{lobe['phi_deg'] % 359.995:.1f} {lobe['peak_per_sr']:.4g} "
-            f"{lobe['sigma_deg'][0]:.3g} x {lobe['sigma_deg'][1]:.3g}"
+            f"{lobe['sigma_deg'][0]:.3g} x {lobe['sigma_deg'][1]:.3g}{' *' if lobe['carried_over'] else ''}"
             for lobe in node["lobes"]
         )
         lines.append(
             f"  {node['theta_deg']:7.2f} {node['phi_deg']:6.1f} {node['points']:8d} {node['integral_points']:16.4f} "
             f"{node['integral_model']:8.4f} {node['scale']:8.4f}  {lobes or 'none'}"
         )
+    if any(lobe["carried_over"] for node in component["nodes"] for lobe in node["lobes"]):
+        lines.append("  * no point sees its top there: carried over from the neighbouring incident directions")
     if component["least_bound"] is not None and component["least_bound"] < 1.0:
         lines.append(f"  between directions scaled to their integrals: by {component['least_bound']:.4f} at most")
     for test in component["symmetry_test"]:

@@ -10,11 +10,13 @@ from gonio.dataset.bsdf import Dataset, Symmetry
 from gonio.dataset.scattering import Bsdf, MeasuredIntegral
 from gonio.geometry.directions import angles_deg_from_unit
 from gonio.model import reciprocity
+from gonio.model.between.carried import completed
 from gonio.model.between.choose import as_json, chosen, held_out, leave_one_out
 from gonio.model.between.energy import LARGEST_CORRECTION, Bound, with_node_scales
 from gonio.model.between.resolve import Resolver
 from gonio.model.between.scheme import SCHEMES, Scheme, named
 from gonio.model.channel import Fitted, FittedComponent
+from gonio.model.lobe import Lobe
 from gonio.model.nodes.node import Ground, Node, build_node, lobes_of
 from gonio.model.nodes.points import Component, Points, points_of
 from gonio.model.nodes.symmetry import Images, compared_images, declared, images_of, prepared
@@ -76,7 +78,7 @@ def fit_bsdf(
         thickness_mm=dataset.thickness_mm,
         band_nm=_bands(dataset, wanted),
         measured=tuple(measured),
-        validity=sentences(fitted),
+        validity=sentences(fitted, record["channels"]),
         provenance={**dataset.provenance, "model": record},
     )
 
@@ -119,17 +121,26 @@ def _fit_component(
         ways = tuple(way for way in ways if not way.rest)
     start: dict[bool, Resolver] = {}
     ground = [Ground.of(p) for p in points]
+    lobes: list[tuple[Lobe, ...]] = [lobes_of(p) if any(way.lobes for way in ways) else () for p in points]
     for with_lobes in dict.fromkeys(way.lobes for way in ways):
-        nodes = [build_node(p, lobes_of(p) if with_lobes else (), g) for p, g in zip(points, ground, strict=True)]
+        own = lobes if with_lobes else [()] * len(points)
+        nodes = [build_node(p, found, g) for p, found, g in zip(points, own, ground, strict=True)]
         start[with_lobes] = Resolver(nodes, images, next(way for way in ways if way.lobes == with_lobes))
-    if True in start and False in start and not any(len(n.log_peak) for n in start[True].nodes):
+    if True in start and False in start and not any(lobes):
         ways = tuple(way for way in ways if not way.lobes)  # no lobes: both are the same
     first = start[ways[0].lobes]
     held = held_out(points, first.nodes, first) if len(points) > 1 else []
     angles = [_angles(p.incident, component) for p in points]
-    table = {way: leave_one_out(start[way.lobes].with_scheme(way), held) for way in ways}
+    carried: list[tuple[Lobe, ...]] = [()] * len(points)
+    others = {with_lobes: [of.without(h.node) for h in held] for with_lobes, of in start.items()}
+    if True in start and any(lobes):
+        start[True], carried = completed(start[True], points, lobes, ground)
+        if any(carried):  # for leave-one-out: from what is left
+            others[True] = [completed(of, points, lobes, ground)[0] for of in others[True]]
+    table = {way: leave_one_out([of.with_scheme(way) for of in others[way.lobes]], held) for way in ways}
     best = chosen(table) if held else (scheme or _USUAL if _USUAL in ways else ways[0])
     resolver = start[best.lobes].with_scheme(best)
+    carried = carried if best.lobes else [()] * len(points)
     scaled, needed = with_node_scales(resolver, points)
     resolver = resolver.with_nodes(scaled)
     model = FittedComponent(resolver, Bound.of(resolver))
@@ -140,9 +151,9 @@ def _fit_component(
         else ("the user" if scheme else "default: nothing to leave out"),
         "leave_one_out": as_json(table, held, angles),
         "nodes": [
-            _node_record(node, angle, want, integral)
-            for node, angle, want, integral in zip(
-                resolver.nodes, angles, needed, model.bound.node_integral[: len(points)], strict=True
+            _node_record(node, angle, want, integral, len(extra))
+            for node, angle, want, integral, extra in zip(
+                resolver.nodes, angles, needed, model.bound.node_integral[: len(points)], carried, strict=True
             )
         ],
         "follows": list(resolver.tracks.follows),
@@ -157,7 +168,10 @@ def _fit_component(
     }
 
 
-def _node_record(node: Node, angle: tuple[float, float], needed: float, integral: float) -> dict[str, Any]:
+def _node_record(
+    node: Node, angle: tuple[float, float], needed: float, integral: float, carried: int
+) -> dict[str, Any]:
+    """`carried`: so many of the lobes, the last, are neighbours'."""
     theta, phi = angles_deg_from_unit(node.centre) if len(node.centre) else (np.zeros(0), np.zeros(0))
     sigma = np.degrees(node.sigma_rad)
     lobes = [
@@ -167,6 +181,7 @@ def _node_record(node: Node, angle: tuple[float, float], needed: float, integral
             "peak_per_sr": float(np.exp(node.log_peak[k])),
             "sigma_deg": [float(s) for s in sigma[k]],
             "power": float(node.power[k]),
+            "carried_over": bool(k >= len(node.power) - carried),
         }
         for k in np.argsort(-node.power)
     ]

@@ -1,5 +1,7 @@
 """validity.py: sentences that travel with a model: what was measured, what is extrapolated and by which rule."""
 
+from typing import Any
+
 import numpy as np
 
 from gonio.geometry.directions import angles_deg_from_unit
@@ -14,14 +16,34 @@ RULE = (
 )
 
 
-def sentences(channels: dict[str, Fitted]) -> tuple[str, ...]:
-    """For Bsdf.validity: per channel and component what was measured, then the rules."""
+def sentences(channels: dict[str, Fitted], record: dict[str, Any]) -> tuple[str, ...]:
+    """For Bsdf.validity: per channel and component what was measured and (provenance["model"]["channels"]) which lobes
+    were carried over to where no point sees them, then the rules."""
     result = [
         f"{name}, {component.name}: {_measured(component, model)}"
         for name, fitted in channels.items()
         for component, model in fitted.components.items()
     ]
+    result += [
+        f"{name}, {component}: {_carried(found)}"
+        for name, components in record.items()
+        for component, found in components.items()
+        if _carried(found)
+    ]
     return (*result, RULE)
+
+
+def _carried(component: dict[str, Any]) -> str:
+    places = [
+        f"{lobe['theta_deg']:.4g}, {lobe['phi_deg'] % 359.995:.4g} at theta_i {node['theta_deg']:.4g}, "
+        f"phi_i {node['phi_deg']:.4g}"
+        for node in component["nodes"]
+        for lobe in node["lobes"]
+        if lobe["carried_over"]
+    ]
+    return (
+        f"no point sees the top of the lobes at {'; '.join(places)}: as their neighbours have them." if places else ""
+    )
 
 
 def _measured(component: Component, model: FittedComponent) -> str:

@@ -139,16 +139,25 @@ auto near(const Rows_in<double, 3> &unit, const Rows_in<double, 3, 3> &frame, co
                       taken<double, 2>(std::move(found.place), {rows, 2}));
 }
 
-auto sorted(const Rows_in<double, 3> &unit, std::size_t size) {
+auto sorted(const Rows_in<double, 3> &unit, const Floats &value, const Floats &variance, const Floats &weight,
+            std::size_t size, std::size_t most) {
     Sorted_cells found;
     {
         const nb::gil_scoped_release released;
-        found = sorted_cells({reinterpret_cast<const Vec *>(unit.data()), unit.shape(0)}, size);
+        const std::span<const Vec> towards{reinterpret_cast<const Vec *>(unit.data()), unit.shape(0)};
+        found = sorted_cells({towards, span(value), span(variance), span(weight)}, size, most);
     }
     const std::size_t cells = found.home.size();
-    return std::tuple(taken<std::int64_t, 1>(std::move(found.order), {unit.shape(0)}),
-                      taken<std::int64_t, 1>(std::move(found.home), {cells}),
-                      taken<std::int64_t, 1>(std::move(found.start), {cells + 1}));
+    const std::size_t rows = found.row.size();
+    std::vector<double> sum;
+    sum.reserve(6 * cells);
+    for (const auto &one : found.sum) {
+        sum.insert(sum.end(), one.begin(), one.end());
+    }
+    return std::tuple(taken<std::int64_t, 1>(std::move(found.home), {cells}),
+                      taken<std::int64_t, 1>(std::move(found.start), {cells + 1}),
+                      taken<std::int64_t, 1>(std::move(found.row), {rows}),
+                      taken<double, 1>(std::move(found.weight), {rows}), taken<double, 2>(std::move(sum), {cells, 6}));
 }
 
 } // namespace
@@ -161,6 +170,6 @@ NB_MODULE(_model, m) {
           "size"_a);
     m.def("suitable_size", &gonio::model::size_for, "position"_a, "half_width"_a, "most_cells"_a);
     m.def("near_lobes", &gonio::model::near, "unit"_a, "frame"_a, "whitening"_a, "reach"_a);
-    m.def("sorted_cells", &gonio::model::sorted, "unit"_a, "size"_a);
+    m.def("sorted_cells", &gonio::model::sorted, "unit"_a, "value"_a, "variance"_a, "weight"_a, "size"_a, "most"_a);
     m.def("grid_at", &gonio::model::read_at, "values"_a, "half_width"_a, "position"_a);
 }

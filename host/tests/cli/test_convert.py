@@ -1,5 +1,6 @@
 """test_convert.py: simulation files in other bases, with their integrals kept."""
 
+import xml.etree.ElementTree as ET
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,14 +14,17 @@ from gonio.cli import main
 from gonio.dataset.scattering import Bsdf
 from gonio.formats import klems_model
 from gonio.formats.conversion import averages
+from gonio.formats.findings import Findings
 from gonio.formats.klems import BASES, KlemsBasis, basis_from_rings
+from gonio.formats.klems_scattering import KlemsScattering
 from gonio.formats.patches import of_tree
 from gonio.formats.patches.average import patch_matrices
 from gonio.formats.patches.overlap import overlaps_sr, rebinned
 from gonio.formats.tensor.flat import parse
 from gonio.formats.tensor.read import read_tensor
+from gonio.formats.tensor.square import disc_from_square
 from gonio.formats.tensor.write import write_tensor
-from gonio.formats.window_reader import read
+from gonio.formats.window_reader import WindowBsdf, read
 
 DATA = Path(__file__).parents[1] / "data" / "window_xml"
 FULL, QUARTER = BASES["klems-full"], BASES["klems-quarter"]
@@ -109,6 +113,54 @@ def test_a_tree_as_matrices(dimensions: int) -> None:
     assert np.abs(found - direct).max() < (0.08 if dimensions == 3 else 0.25) * direct.max()
     # A turn or a mirror image would move the peak: the brightest outgoing patch is the same one.
     assert (np.argmax(found, axis=0) == np.argmax(direct, axis=0))[21:33].all()
+
+
+@pytest.mark.parametrize(("dimensions", "resolution"), [(3, 4), (4, 4)])
+def test_a_tree_keeps_the_columns_integrals(dimensions: int, resolution: int) -> None:
+    """What an incident cell sends out is the mean of the columns that it overlaps; which part of it overlaps which
+    patch is counted here from random directions."""
+    rng = np.random.default_rng(7)
+    values = rng.random((QUARTER.size, QUARTER.size)) * np.linspace(0.05, 0.5, QUARTER.size)
+    if dimensions == 3:  # a sample that looks the same at all azimuths
+        values = patch_matrices(RetroCoating(0.3, 0.6, 20.0, 0.0), QUARTER, "exterior", symmetry="isotropic")[
+            "Reflection", "Front"
+        ]
+    matrices = {("Visible", "Reflection", "Front"): values}
+    window = WindowBsdf(Path("x.xml"), QUARTER, matrices, {}, {}, None, Findings("x"), ET.Element("x"))  # type: ignore[arg-type]
+    own = KlemsScattering(window, "Visible", "exterior")
+    bsdf = Bsdf({"visible": own}, front_faces="exterior", symmetry="isotropic" if dimensions == 3 else "none")
+    write_tensor(bsdf, Path("t.xml"), dimensions=dimensions, resolution=resolution, size_mb=8.0, rescale=True)
+    tree, _ = read_tensor(Path("t.xml"))
+    ((_, flat),) = tree.channels["visible"].trees.items()  # type: ignore[attr-defined]
+    split, wide = dimensions - 2, 1 << resolution
+    found = np.zeros((wide,) * split)
+    for level, index, value in of_tree.leaves_of(flat):
+        light = np.zeros((1 << level,) * split)
+        np.add.at(light, tuple(index[:, :split].T), value * np.pi * 0.25**level)
+        for axis in range(split):
+            light = np.repeat(light, wide >> level, axis=axis)
+        found += light
+    hemispherical = QUARTER.projected_solid_angle_sr @ values
+    place = rng.random((400_000, split)) * ([0.5] if split == 1 else [1.0, 1.0])
+    if split == 1:
+        sine = 1.0 - 2.0 * place[:, 0]
+        azimuth, weight = 360.0 * rng.random(len(place)), sine
+    else:
+        xy = disc_from_square(place)
+        sine, azimuth, weight = np.hypot(*xy.T), np.degrees(np.arctan2(xy[:, 1], xy[:, 0])), np.ones(len(place))
+    column = QUARTER.patch_of(np.degrees(np.arcsin(np.minimum(sine, 1.0))), azimuth)
+    cell = np.ravel_multi_index(tuple((place * wide).astype(int).T), found.shape)
+    counted = [np.bincount(cell, w, minlength=found.size) for w in (weight, weight * hemispherical[column])]
+    lit = counted[0] > 0
+    found = found.ravel()[lit]
+    np.testing.assert_allclose(found, (counted[1] / np.maximum(counted[0], 1e-9))[lit], rtol=0.06)
+    apart = np.array([np.ptp(hemispherical[column[cell == k]]) == 0 for k in np.flatnonzero(lit)])
+    inside = np.array([hemispherical[column[cell == k][0]] for k in np.flatnonzero(lit)[apart]])
+    np.testing.assert_allclose(found[apart], inside, rtol=1e-4)  # cells within a patch: of no count
+    assert apart.any()
+    if split == 2:
+        total = found.sum() * np.pi / 4.0**resolution
+        assert total == pytest.approx(QUARTER.projected_solid_angle_sr @ hemispherical, rel=1e-4)
 
 
 def test_a_tree_of_one_value_has_that_value_everywhere() -> None:

@@ -74,10 +74,10 @@ def test_solar_from_the_channels(folder: Path, capsys: pytest.CaptureFixture[str
     export = ["export", folder / "two.h5", "--format", "klems-quarter", "-o", "x.xml"]
     assert run(*export) == 0
     assert not read(Path("x.xml")).matrices["Solar", "Reflection", "Back"].any()
-    assert run(*export, "--solar-spectrum", "iso-9050", "--solar-band", "nir=780-1100") == 0
+    assert run(*export, "--solar-spectrum", "astm-g173", "--solar-band", "nir=780-1100") == 0
     assert "780-1100 nm" in capsys.readouterr().err
     written = read(Path("x.xml"))
-    assert "ISO 9050" in written.text["Comments"]
+    assert "ASTM G173-03" in written.text["Comments"]
     visible, solar = (written.hemispherical(band, "Reflection", "Back") for band in ("Visible", "Solar"))  # type: ignore[arg-type]
     np.testing.assert_allclose(visible, 0.2, atol=2e-3)
     share = (solar - 0.2) / 0.3  # of the near infrared: 0.245 of 0.245 + 0.552
@@ -93,9 +93,9 @@ def test_solar_from_the_channels(folder: Path, capsys: pytest.CaptureFixture[str
         (["--material", "m.rad"], "--material goes with tensor3"),
         (["--incident", "30,0"], "csv, pab and nist"),
         (["--solar-band", "visible=380-780"], "goes with --solar-spectrum"),
-        (["--solar-spectrum", "iso-9050"], "--assume-flat"),
-        (["--solar-spectrum", "iso-9050", "--assume-flat"], "give one of them"),
-        (["--solar-spectrum", "iso-9050", "--solar-band", "visible"], "write CHANNEL=FROM-TO"),
+        (["--solar-spectrum", "astm-g173"], "--assume-flat"),
+        (["--solar-spectrum", "astm-g173", "--assume-flat"], "give one of them"),
+        (["--solar-spectrum", "astm-g173", "--solar-band", "visible"], "write CHANNEL=FROM-TO"),
         (["--xyz", "X=a,Y=b"], "write X=CHANNEL,Y=CHANNEL,Z=CHANNEL"),
         (["--xyz", "X=a,Y=b,Z=c"], "no channel 'a'"),
         (["--channel", "blue"], "no channel 'blue'"),

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
-from gonio.dataset.nexus import begin_points, read_dataset, write_dataset
+from gonio.dataset.nexus import begin_points, read_dataset, read_scattering, write_dataset
 from gonio.dataset.nexus_points import PointPacker, PointWriter
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.geometry.kinematics import Kinematics
@@ -104,6 +104,20 @@ def test_round_trip_is_exact(
     )
     write_dataset(dataset, tmp_path / "a.h5")
     assert_same(read_dataset(tmp_path / "a.h5"), dataset)
+
+
+def test_what_scatters_is_read_alone(tmp_path: Path) -> None:
+    dataset = Dataset([distribution(n, n) for n in (40, 41)], "blind", beam=distribution(5, 6), symmetry="isotropic")
+    write_dataset(dataset, tmp_path / "bsdf.h5")
+    found = read_scattering(tmp_path / "bsdf.h5")
+    assert (found.sample_name, found.symmetry, found.beam) == ("blind", "isotropic", None)
+    for one, other in zip(found.distributions, dataset.distributions, strict=True):
+        for name in ("theta_deg", "phi_deg", "dsf_per_sr", "variance_per_sr2", "flags", "solid_angle_sr", "integrals"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+        np.testing.assert_array_equal(one.measured, other.measured)
+        assert np.isnan(one.signal).all()  # not read is no value, of as many points
+        assert one.signal.shape == one.time_ns.shape == one.count.shape == one.theta_deg.shape
+        assert (len(one.effects), len(one.path), len(one.paths), len(one.linear_solid_angle_sr)) == (0, 0, 0, 0)
 
 
 def test_large_distribution_is_compressed_exact_and_guarded(tmp_path: Path) -> None:

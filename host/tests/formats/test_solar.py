@@ -1,6 +1,7 @@
-"""test_solar.py: solar spectra against each other and the standards' totals; weights; the weighted channel."""
+"""test_solar.py: the solar spectrum's total, tables of the user; weights; the weighted channel."""
 
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,16 +10,14 @@ from benchmarks.models.samples import RetroCoating
 from gonio.dataset.scattering import Bsdf, MeasuredIntegral
 from gonio.formats import klems_model
 from gonio.formats.klems import BASES
-from gonio.formats.solar.spectra import SPECTRA, spectrum_named
+from gonio.formats.solar.spectra import spectrum_named
 from gonio.formats.solar.weighted import with_solar
 from gonio.formats.solar.weights import bands_of, solar_weights
 from gonio.units.errors import UsageError
 
 
-@pytest.mark.parametrize("name", SPECTRA)
-def test_shares_add_up(name: str) -> None:
-    spectrum = spectrum_named(name)
-    assert spectrum.share.sum() == pytest.approx(1.0, abs=1e-12)
+def test_shares_add_up() -> None:
+    spectrum = spectrum_named("astm-g173")
     assert (np.diff(spectrum.edges_nm) > 0).all()
     assert spectrum.between(0.0, 1e5) == pytest.approx(1.0)
     assert spectrum.between(400.0, 500.0) == pytest.approx(
@@ -26,35 +25,54 @@ def test_shares_add_up(name: str) -> None:
     )
 
 
-def test_tables_have_the_standards_totals() -> None:
-    folder = files("gonio.formats") / "data"
-    lines = (folder / "solar_astm_g173.csv").read_text(encoding="utf-8").splitlines()[2:]
+def test_the_table_has_the_standards_total() -> None:
+    lines = (files("gonio.formats") / "data" / "solar_astm_g173.csv").read_text(encoding="utf-8").splitlines()[2:]
     power = sum(float(line.split(",")[2]) for line in lines)
     assert power == pytest.approx(1000.37, abs=0.05)  # W/m2, 280 to 4000 nm
-    lines = (folder / "solar_iso_9050.csv").read_text(encoding="utf-8").splitlines()[2:]
-    assert sum(float(line.split(",")[1]) for line in lines) == pytest.approx(1.0, abs=2e-6)
+
+
+def test_a_table_of_irradiance_is_integrated_by_trapezia(tmp_path: Path) -> None:
+    path = tmp_path / "ours.csv"
+    path.write_text("# ours\nirradiance,wavelength_nm\n0,300\n2,400\n2,1400\n0,2400\n", encoding="utf-8")
+    spectrum = spectrum_named(str(path))
+    assert spectrum.between(0.0, 1e4) == pytest.approx(1.0)
+    whole = 100.0 + 2000.0 + 1000.0
+    assert spectrum.between(300.0, 350.0) == pytest.approx(25.0 / whole)  # half of 1 at 350 nm, 50 nm wide
+    assert spectrum.between(350.0, 500.0) == pytest.approx((75.0 + 200.0) / whole)
+    assert spectrum.between(1900.0, 2400.0) == pytest.approx(250.0 / whole)
+    assert "the table ours.csv" in solar_weights(str(path), {"all": (300.0, 2400.0)}).sentence()
+
+
+def test_a_table_of_shares_stands_for_the_nearest_wavelengths(tmp_path: Path) -> None:
+    path = tmp_path / "shares.csv"
+    path.write_text("wavelength_nm,share\n400,0.1\n500,0.2\n700,0.1\n", encoding="utf-8")
+    spectrum = spectrum_named(str(path))
+    assert spectrum.between(400.0, 450.0) == pytest.approx(0.25)
+    assert spectrum.between(450.0, 600.0) == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(
-    ("band", "tolerance"),
+    ("text", "words"),
     [
-        ((300, 400), 0.01),
-        ((400, 500), 0.02),
-        ((500, 600), 0.02),
-        ((600, 700), 0.02),
-        ((700, 800), 0.02),
-        ((800, 1000), 0.06),
-        ((1000, 1300), 0.05),
-        ((1300, 1800), 0.08),
-        ((1800, 2500), 0.12),
-        ((380, 780), 0.01),
+        ("wavelength,irradiance\n1,2\n", "must name wavelength_nm"),
+        ("wavelength_nm,irradiance,share\n1,2,3\n", "irradiance or share"),
+        ("wavelength_nm,share\n400,0.1\n", "two values or more"),
+        ("wavelength_nm,share\n400,0.1\n300,0.2\n", "rising"),
+        ("wavelength_nm,share\n400,0.1\n500,-0.2\n", "must not be negative"),
+        ("wavelength_nm,share\n400,0\n500,0\n", "not zero everywhere"),
+        ("wavelength_nm,share\n400,nan\n500,1\n", "no number"),
+        ("wavelength_nm,share\n400\n500,1\n", "line 2"),
+        ("", "must name wavelength_nm"),
+        (None, "cannot be read"),
     ],
 )
-def test_both_spectra_agree_band_by_band(band: tuple[float, float], tolerance: float) -> None:
-    """Both are global radiation at air mass 1.5; the older one has coarser absorption bands."""
-    g173, iso = spectrum_named("astm-g173"), spectrum_named("iso-9050")
-    ours = g173.between(*band) / g173.between(300.0, 2500.0)
-    assert iso.between(*band) == pytest.approx(ours, rel=tolerance)
+def test_tables_that_do_not_do_are_refused_in_one_line(tmp_path: Path, text: str | None, words: str) -> None:
+    path = tmp_path / "x.csv"
+    if text is not None:
+        path.write_text(text, encoding="utf-8")
+    with pytest.raises(UsageError, match=words) as error:
+        spectrum_named(str(path))
+    assert "\n" not in str(error.value)
 
 
 def coating(diffuse: float) -> RetroCoating:
@@ -67,14 +85,14 @@ def sample(**bands: tuple[float, float]) -> Bsdf:
 
 
 def test_weights_are_shares_of_what_is_covered() -> None:
-    found = solar_weights("iso-9050", {"nir": (780.0, 2500.0), "visible": (380.0, 780.0)})
-    table = spectrum_named("iso-9050")
+    found = solar_weights("astm-g173", {"nir": (780.0, 2500.0), "visible": (380.0, 780.0)})
+    table = spectrum_named("astm-g173")
     visible, nir = table.between(380, 780), table.between(780, 2500)
     assert found.weight["visible"] == pytest.approx(visible / (visible + nir))
     assert sum(found.weight.values()) == pytest.approx(1.0)
-    assert found.uncovered == pytest.approx(table.between(300, 380))
-    assert 0.02 < found.uncovered < 0.04
-    assert "3.1 % of the spectrum lies in no channel's band" in found.sentence()
+    assert found.uncovered == pytest.approx(1.0 - visible - nir)
+    assert 0.03 < found.uncovered < 0.06
+    assert f"{100 * found.uncovered:.1f} % of the spectrum lies in no channel's band" in found.sentence()
 
 
 @pytest.mark.parametrize(
@@ -90,7 +108,7 @@ def test_weights_are_shares_of_what_is_covered() -> None:
 def test_bands_that_do_not_do_are_refused(bands: dict[str, tuple[float, float]], words: str) -> None:
     with pytest.raises(UsageError, match=words):
         solar_weights("astm-g173", bands)
-    with pytest.raises(UsageError, match="choose one of astm-g173, iso-9050"):
+    with pytest.raises(UsageError, match="give astm-g173, or a FILE"):
         solar_weights("noon", bands)
 
 
@@ -114,7 +132,7 @@ def test_the_solar_channel_is_the_weighted_mean() -> None:
         MeasuredIntegral("nir", 30.0, 0.0, True, 0.7, 0.01),
         MeasuredIntegral("nir", 60.0, 0.0, True, 0.6, 0.01),
     )
-    found, weights = with_solar(bsdf, "iso-9050")
+    found, weights = with_solar(bsdf, "astm-g173")
     rng = np.random.default_rng(4)
     unit = rng.normal(size=(50, 3))
     unit[:, 2] = np.abs(unit[:, 2])
@@ -125,7 +143,7 @@ def test_the_solar_channel_is_the_weighted_mean() -> None:
     assert solar.value == pytest.approx(0.5 * weights.weight["visible"] + 0.7 * weights.weight["nir"])
     assert solar.u == pytest.approx(0.01)  # what channels share does not average out
     with pytest.raises(UsageError, match="solar already"):
-        with_solar(found, "iso-9050")
+        with_solar(found, "astm-g173")
 
 
 def test_the_solar_matrices_are_the_weighted_mean_of_the_channels() -> None:

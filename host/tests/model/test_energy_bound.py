@@ -35,6 +35,16 @@ def test_integrals_of_lobes_and_ground() -> None:
         assert integral == pytest.approx(right, rel=BOUND_SLACK)
 
 
+def test_the_integral_of_a_ground_with_a_direct_beam() -> None:
+    # As a louver's: a few nodes of 65 across; the mean over the disc, which keeps areas, is the answer.
+    ground = np.full((65, 65), 0.05, dtype=np.float32)
+    ground[13:15, 32:34] += 60.0
+    node = replace(node_with(towards(30.0), []), background=ground)
+    resolver = Resolver([node], ALONE, SCHEMES[0])
+    found = integrals(resolver.slices(node.incident[None]), resolver.grids)[0]
+    assert found == pytest.approx(2.0 * np.pi * 0.05 + 2.0 * 60.0 * 4 * (2.0 / 64) ** 2, rel=0.02)
+
+
 def test_a_node_is_scaled_to_the_sum_over_its_points() -> None:
     def mirror(incident: FloatArray, outgoing: FloatArray) -> FloatArray:
         return 0.1 + gaussian(outgoing, incident * MIRROR, 5.0, 6.0)

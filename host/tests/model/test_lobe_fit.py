@@ -184,6 +184,53 @@ def test_a_heavy_tail_is_followed_on_an_even_grid_too() -> None:
     assert np.abs(model / peak - 1.0)[away < 4.0].max() < 0.12
 
 
+def _shaded(centre: np.ndarray, radius_deg: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points of half a degree about a direction but for a disc that something shades, and the coarse hemisphere."""
+    unit, solid_angle = spiral_and_grid(centre, 0.5, 8.0)
+    seen = angle_deg(unit, centre) > radius_deg
+    return unit[seen], solid_angle[seen]
+
+
+def test_a_lobe_whose_top_is_shaded_is_told_from_its_flanks() -> None:
+    # As `make demo` measures its retro lobe: the detector's head shades 2.19 degrees about it.
+    true = lobe(30.0, 0.0, (2.02, 2.02), 0.0, 2.57)
+    unit, solid_angle = _shaded(true.centre, 2.19)
+    dsf, variance = with_noise(0.095 * unit[:, 2] + true.dsf_per_sr(unit), 1e-3, 4e-4)
+    (found,) = fit_lobes(unit, dsf, variance, solid_angle, hints=(true.centre,))
+    same(found, true, peak=0.05, sigma=0.02, centre_deg=0.05)
+
+
+def test_no_lobe_is_invented_where_nothing_is_seen() -> None:
+    centre = direction(30.0, 0.0)
+    unit, solid_angle = _shaded(centre, 4.0)
+    narrow = lobe(30.0, 0.0, (1.5, 1.5), 0.0, 2.0).dsf_per_sr(unit)  # its top, 35 times the highest seen
+    away = angle_deg(unit, centre)
+    side = np.clip(np.degrees(unit[:, 1]) / np.maximum(away, 1.0), 0.0, 1.0)
+    aside = 0.6 * side * np.exp(-(away - 4.0) / 1.2)  # a flank on one side only
+    for rest in (narrow, aside):
+        dsf, variance = with_noise(0.095 * unit[:, 2] + rest, 1e-3, 4e-4)
+        assert not [g for g in fit_lobes(unit, dsf, variance, solid_angle, hints=(centre,)) if hidden(g, unit)]
+
+
+def hidden(found: Lobe, unit: np.ndarray) -> bool:
+    """Whether points see less than 0.8 of a lobe's peak."""
+    return float(found.dsf_per_sr(unit).max()) < 0.8 * found.peak_per_sr
+
+
+@pytest.mark.parametrize("theta_deg", [0.0, 30.0, 60.0])
+def test_a_beam_straight_through_is_one_lobe_and_the_same_at_every_angle(theta_deg: float) -> None:
+    # As `make demo` measures it: a top hat of 1 degree with soft edges over diffuse light; next to nothing is no lobe.
+    centre = direction(theta_deg, 180.0)
+    unit, solid_angle = spiral_and_grid(centre, 0.05, 2.0)
+    away = angle_deg(unit, centre)
+    beam = 417.2 * np.clip((0.55 - away) / 0.1, 0.0, 1.0)
+    dsf, variance = with_noise(beam + 0.1 / np.pi * unit[:, 2], 1e-4, 4e-4)
+    (found,) = fit_lobes(unit, dsf, variance, solid_angle, hints=(centre,))
+    # the nearest Gaussian by least squares over the plane: 1.43 times as high as a hard edge's top hat
+    np.testing.assert_allclose(np.degrees(found.sigma_rad), 0.331, atol=0.004)
+    assert found.peak_per_sr == pytest.approx(606.0, rel=0.02)
+
+
 def test_what_is_broader_than_twenty_degrees_is_ground() -> None:
     swelling = lobe(30.0, 0.0, (25.0, 25.0), 0.0, 2.0).dsf_per_sr(UNIT)
     assert not fit_lobes(UNIT, swelling + 0.05 * UNIT[:, 2], np.zeros(len(UNIT)), SOLID_ANGLE)

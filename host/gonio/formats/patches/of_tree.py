@@ -7,13 +7,12 @@ which patch is counted on a grid of points, so that the parts of a cell add up t
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 
 from gonio.dataset.scattering import FloatArray, IndexArray
 from gonio.formats.klems import KlemsBasis
-from gonio.formats.patches import turned
+from gonio.formats.patches import shares, turned
 from gonio.formats.tensor.flat import FlatTree
-from gonio.formats.tensor.square import disc_from_square
 
 _LEAST_POINTS = 11  # levels of the grid of points
 _POINTS_IN_CELL = 2  # levels of it within a cell of the finest level
@@ -56,18 +55,15 @@ def leaves_of(tree: FlatTree) -> Iterator[tuple[int, IndexArray, FloatArray]]:
 
 def _of_four(leaves: list[tuple[int, IndexArray, FloatArray]], basis: KlemsBasis) -> FloatArray:
     levels, finest = _point_levels(leaves)
-    patch = _patches_of_points(basis, levels)
-    shares = {finest: _counted(patch, levels, finest, basis.size)}
-    for level in range(finest - 1, -1, -1):
-        shares[level] = _coarser(shares[level + 1], level)
+    share = shares.of_cells(basis, levels, finest)
     energy = np.zeros((basis.size, basis.size))
     for level, index, value in leaves:
         cells = 1 << (2 * level)
         incident, outgoing = ((index[:, k] << level) + index[:, k + 1] for k in (0, 2))
         held = csr_array((value, (outgoing, incident)), shape=(cells, cells))
-        energy += (shares[level].T @ held @ shares[level]).toarray() * (np.pi / cells) ** 2
-    lit = np.bincount(patch, minlength=basis.size) * (np.pi * 0.25**levels)
-    return np.asarray(energy / basis.projected_solid_angle_sr[:, None] / lit)
+        whole = diags_array(1.0 / share[level].sum(axis=1)) @ share[level]  # all of a leaf's light finds a patch
+        energy += (whole.T @ held @ share[level]).toarray() * (np.pi / cells) ** 2
+    return np.asarray(energy / basis.projected_solid_angle_sr[:, None] / basis.projected_solid_angle_sr)
 
 
 def _of_three(leaves: list[tuple[int, IndexArray, FloatArray]], basis: KlemsBasis) -> FloatArray:
@@ -79,13 +75,13 @@ def _of_three(leaves: list[tuple[int, IndexArray, FloatArray]], basis: KlemsBasi
     for level, index, value in leaves:
         outgoing = (index[:, 1] << level) + index[:, 2]
         edges = np.maximum(1.0 - 2.0 * np.stack((index[:, 0] + 1, index[:, 0]), axis=1) * 0.5**level, 0.0) ** 2
-        order = _cell_of_points(finest, level)
+        order = shares.cell_of_points(finest, level)
         for ring in range(rings):
             shared = np.minimum(edges[:, 1], limits[ring, 1]) - np.maximum(edges[:, 0], limits[ring, 0])
             light = value * np.maximum(shared, 0.0) / 2.0
             images[ring] += np.bincount(outgoing, light, minlength=1 << (2 * level))[order]
     place, offset = _bins_of_points(basis, levels)
-    cell = _cell_of_points(levels, finest)
+    cell = shares.cell_of_points(levels, finest)
     moments = np.zeros((rings, rings * turned.BINS, 2))
     for ring in range(rings):
         of_points = images[ring][cell]
@@ -100,43 +96,10 @@ def _point_levels(leaves: list[tuple[int, IndexArray, FloatArray]]) -> tuple[int
     return max(_LEAST_POINTS, finest + _POINTS_IN_CELL), finest
 
 
-def _polar_azimuth(levels: int) -> tuple[FloatArray, FloatArray]:
-    """Of all points (4^levels,) [rad], in the order of their cells."""
-    side = (np.arange(1 << levels) + 0.5) * 0.5**levels
-    xy = disc_from_square(np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2))
-    return np.arcsin(np.minimum(np.hypot(xy[:, 0], xy[:, 1]), 1.0)), np.arctan2(xy[:, 1], xy[:, 0])
-
-
-def _patches_of_points(basis: KlemsBasis, levels: int) -> IndexArray:
-    polar, azimuth = _polar_azimuth(levels)
-    return basis.patch_of(np.degrees(polar), np.degrees(azimuth))
-
-
 def _bins_of_points(basis: KlemsBasis, levels: int) -> tuple[IndexArray, FloatArray]:
     """Bin of turned.py, ring by ring, and azimuth from the bin's middle [rad], of all points."""
-    polar, azimuth = _polar_azimuth(levels)
+    ring, azimuth = shares.rings_of_points(basis, levels)
     wide = 2.0 * np.pi / turned.BINS
-    number = np.minimum((azimuth % (2.0 * np.pi) / wide).astype(np.int64), turned.BINS - 1)
-    place = basis.ring_of(np.degrees(polar)) * turned.BINS + number
-    return place, azimuth % (2.0 * np.pi) - (number + 0.5) * wide
-
-
-def _cell_of_points(levels: int, level: int) -> IndexArray:
-    """Cell of a level's grid that each point lies in."""
-    side = np.arange(1 << levels) >> (levels - level)
-    return np.asarray(((side[:, None] << level) + side).ravel())
-
-
-def _counted(patch: IndexArray, levels: int, level: int, patches: int) -> csr_array:
-    """Share of each cell of a level that lies in each patch, (4^level, patches)."""
-    key, count = np.unique(_cell_of_points(levels, level) * patches + patch, return_counts=True)
-    share = count * 0.25 ** (levels - level)
-    return csr_array((share, (key // patches, key % patches)), shape=(1 << (2 * level), patches))
-
-
-def _coarser(share: csr_array, level: int) -> csr_array:
-    """Shares of the cells of a level, from those of the next finer one."""
-    children = 1 << (2 * level + 2)
-    parent = _cell_of_points(level + 1, level)
-    mean = csr_array((np.full(children, 0.25), (parent, np.arange(children))), shape=(children >> 2, children))
-    return csr_array(mean @ share)
+    number = np.minimum((azimuth / wide).astype(np.int64), turned.BINS - 1)
+    place = ring * turned.BINS + number
+    return place, azimuth - (number + 0.5) * wide

@@ -63,7 +63,7 @@ def with_solar(
         provenance={
             **bsdf.provenance,
             "solar": {
-                "spectrum": spectrum,
+                "spectrum": weights.spectrum,
                 "weights": weights.weight,
                 "bands_nm": {name: list(band) for name, band in weights.band_nm.items()},
                 "uncovered": weights.uncovered,

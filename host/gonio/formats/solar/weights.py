@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from gonio.dataset.scattering import Bsdf
-from gonio.formats.solar.spectra import NAMES, spectrum_named
+from gonio.formats.solar.spectra import spectrum_named
 from gonio.units.errors import UsageError
 
 # What a channel's name says of its band [nm], where nothing else does.
@@ -27,7 +27,7 @@ _LEAST_OF_ONE = 0.9  # share of the sun that a single channel must see: less is 
 class SolarWeights:
     """Weights by channel, sum 1: the share of the covered part of the spectrum; `uncovered`: the rest of the whole."""
 
-    spectrum: str
+    spectrum: str  # its name in words
     weight: dict[str, float]
     band_nm: dict[str, tuple[float, float]]
     uncovered: float
@@ -36,7 +36,7 @@ class SolarWeights:
         """For <Comments> and the report."""
         parts = [f"{name} {low:g}-{high:g} nm {self.weight[name]:.4f}" for name, (low, high) in self.band_nm.items()]
         return (
-            f"Solar: mean of the channels, weighted by {NAMES[self.spectrum]}: {', '.join(parts)}; "
+            f"Solar: mean of the channels, weighted by {self.spectrum}: {', '.join(parts)}; "
             f"{100.0 * self.uncovered:.1f} % of the spectrum lies in no channel's band."
         )
 
@@ -63,8 +63,11 @@ def bands_of(bsdf: Bsdf, given: Mapping[str, tuple[float, float]]) -> dict[str, 
 
 
 def solar_weights(spectrum: str, bands: Mapping[str, tuple[float, float]]) -> SolarWeights:
-    """Weights of channels by their bands [nm]. UsageError for no band at all, bands that overlap or are empty, and for
-    a single channel that sees only part of the sun."""
+    """Weights of channels by their bands [nm]; `spectrum`: see spectrum_named.
+
+    UsageError for no band at all, bands that overlap or are empty, and for a single channel that sees only part of the
+    sun.
+    """
     table = spectrum_named(spectrum)
     order = sorted(bands, key=lambda name: bands[name])
     if not order:
@@ -87,4 +90,4 @@ def solar_weights(spectrum: str, bands: Mapping[str, tuple[float, float]]) -> So
             "declare the sample spectrally flat with --assume-flat"
         )
     weight = {name: own / covered for name, own in share.items()}
-    return SolarWeights(spectrum, weight, {name: bands[name] for name in order}, 1.0 - covered)
+    return SolarWeights(table.name, weight, {name: bands[name] for name in order}, 1.0 - covered)

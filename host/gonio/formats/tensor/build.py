@@ -7,6 +7,7 @@ import numpy as np
 from gonio.dataset.bsdf import Side
 from gonio.dataset.scattering import Bsdf, Scattering
 from gonio.formats.klems_matrices import SIDES
+from gonio.formats.klems_scattering import KlemsScattering
 from gonio.formats.tensor.cells import CellIntegrator
 from gonio.formats.tensor.choose import Offered, choose
 from gonio.formats.tensor.chromaticity import chromaticity
@@ -16,6 +17,7 @@ from gonio.formats.tensor.frame import Component, covered
 from gonio.formats.tensor.grow import GrownTree, grow
 from gonio.formats.tensor.leaves import Leaves, averaged, negatives_to_zero
 from gonio.formats.tensor.measure import like_radiance, mixed
+from gonio.formats.tensor.piecewise import PiecewiseIntegrator
 from gonio.formats.tensor.text import foreseen_sizes, rendered
 from gonio.units.errors import UsageError
 
@@ -86,8 +88,8 @@ def build(
 def _planted(
     sources: dict[str, Scattering], front_faces: Side, dimensions: int, resolution: int, *, as_radiance: bool
 ) -> dict[Key, GrownTree]:
-    own = {
-        (band, component): CellIntegrator(scattering, component, front_faces, dimensions, mixed(1.0))
+    own: dict[Key, CellIntegrator | PiecewiseIntegrator] = {
+        (band, component): _integrator(scattering, component, front_faces, dimensions, resolution)
         for band, scattering in sources.items()
         for component in covered(scattering, front_faces)
     }
@@ -102,7 +104,15 @@ def _planted(
     return trees
 
 
-def _hemispherical(integrator: CellIntegrator) -> float:
+def _integrator(
+    scattering: Scattering, component: Component, front_faces: Side, dimensions: int, resolution: int
+) -> CellIntegrator | PiecewiseIntegrator:
+    if isinstance(scattering, KlemsScattering) and scattering.front_faces == front_faces:
+        return PiecewiseIntegrator(scattering, component, front_faces, dimensions, mixed(1.0), resolution)
+    return CellIntegrator(scattering, component, front_faces, dimensions, mixed(1.0))
+
+
+def _hemispherical(integrator: CellIntegrator | PiecewiseIntegrator) -> float:
     """About the bi-hemispherical reflectance or transmittance, without what narrow peaks carry."""
     level, d = _PROBE_LEVEL[integrator.dimensions], integrator.dimensions
     first = 1 << (level - 1 if d == 3 else level)

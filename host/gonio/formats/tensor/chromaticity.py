@@ -24,7 +24,7 @@ def chromaticity(y: Leaves, x: Scattering, z: Scattering) -> tuple[Leaves, Leave
         # asked for at the next level: no cell that is averaged may hold the centre of the square.
         at = max(level, 1)
         index = tree.levels[at].index[rows if level else np.arange(len(tree.levels[1].index))]
-        means = [replace(own, scattering=s).sums(index, at).mean for s in (x, own.scattering, z)]
+        means = [replace(own, scattering=s).sums(index, at).mean for s in (x, own.scattering, z)]  # type: ignore[arg-type]
         mean_x, luminous, mean_z = means if level else [np.array([mean.mean()]) for mean in means]
         total = mean_x + 15.0 * luminous + 3.0 * mean_z
         dark = total <= 0.0

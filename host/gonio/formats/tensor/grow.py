@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from gonio.formats.tensor.cells import CellIntegrator, CellSums
 from gonio.formats.tensor.forced import Forced, no_forced
+from gonio.formats.tensor.piecewise import PiecewiseIntegrator
 from gonio.formats.tensor.square import IndexArray
 
 FloatArray = NDArray[np.float64]
@@ -40,7 +41,7 @@ class GrownTree:
     """One component's tree. Children stand in Radiance's order of branches: bit i of their number is the half along
     coordinate i. The unused half of T3 is not held: its root has 4 children."""
 
-    integrator: CellIntegrator
+    integrator: CellIntegrator | PiecewiseIntegrator
     resolution: int
     forced: Forced = field(default_factory=no_forced)
     levels: list[Level] = field(default_factory=list)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gonio.formats.tensor.cells import CellIntegrator
 from gonio.formats.tensor.forced import peak_places
 from gonio.formats.tensor.frame import incident_on_diagonal, incident_points, turned
+from gonio.formats.tensor.piecewise import PiecewiseIntegrator
 from gonio.formats.tensor.square import IndexArray, cell_points, on_diagonal, packed
 
 FloatArray = NDArray[np.float64]
@@ -20,7 +21,7 @@ _FINEST_LEVEL = 15
 _UNITS_AT_ONCE = 200_000
 
 
-def narrow_means(integrator: CellIntegrator, index: IndexArray, level: int) -> FloatArray:
+def narrow_means(integrator: CellIntegrator | PiecewiseIntegrator, index: IndexArray, level: int) -> FloatArray:
     """Mean BSDF (n,) of cells (n, dimensions) of one level."""
     split = integrator.dimensions - 2
     result = np.zeros(len(index))
@@ -35,7 +36,9 @@ def narrow_means(integrator: CellIntegrator, index: IndexArray, level: int) -> F
     return result
 
 
-def _piece(integrator: CellIntegrator, index: IndexArray, level: int, diagonal: bool) -> FloatArray:
+def _piece(
+    integrator: CellIntegrator | PiecewiseIntegrator, index: IndexArray, level: int, diagonal: bool
+) -> FloatArray:
     split, component = integrator.dimensions - 2, integrator.component
     key = packed(index[:, :split], level)
     _, first, of = np.unique(key, return_index=True, return_inverse=True)
@@ -73,7 +76,7 @@ def _cells(place: FloatArray, level: int) -> IndexArray:
 
 
 def _unit_means(
-    integrator: CellIntegrator, rows: FloatArray, row: IndexArray, cell: IndexArray, level: int
+    integrator: CellIntegrator | PiecewiseIntegrator, rows: FloatArray, row: IndexArray, cell: IndexArray, level: int
 ) -> FloatArray:
     """Mean BSDF (n,) over outgoing cells (n, 2) for one incident direction each."""
     incident = turned(rows, integrator.front_faces)

@@ -2,7 +2,8 @@
 
 `{v}` is a leaf, `{...}` with braces inside a branch of 2^d nodes in Radiance's order, `{v v ...}` 2^d leaves as a grid
 whose last coordinate runs fastest. Numbers have no leading zero. In a file that must be small they have three digits
-where the DSF varies within the leaf (rounding, at most 0.5 %, is then small beside it), else four.
+where the DSF varies within the leaf (rounding, at most 0.5 %, is then small beside it), else four; where matrices were
+converted five, for their integrals are kept.
 """
 
 import numpy as np
@@ -10,10 +11,11 @@ from numpy.typing import NDArray
 
 from gonio.formats.tensor.grow import GrownTree
 from gonio.formats.tensor.leaves import Leaves
+from gonio.formats.tensor.piecewise import PiecewiseIntegrator
 
 FloatArray = NDArray[np.float64]
 _VARIES = 0.02  # relative rms departure within a leaf from which three digits are enough
-_DIGITS = (3, 4)
+_DIGITS = (3, 4, 5)
 _TRIED = 4000  # numbers that are written to see how long they are
 
 
@@ -28,7 +30,10 @@ def numbers(values: FloatArray, digits: int) -> list[str]:
 
 def number_digits(tree: GrownTree, level: int) -> NDArray[np.int64]:
     """Digits (n,) that the value of each cell of a level is worth where the file must be small."""
-    return np.where(tree.levels[level].sums.spread() > _VARIES, *_DIGITS)
+    varies, even, converted = _DIGITS
+    if isinstance(tree.integrator, PiecewiseIntegrator):
+        return np.full(len(tree.levels[level].index), converted)
+    return np.where(tree.levels[level].sums.spread() > _VARIES, varies, even)
 
 
 def foreseen_sizes(tree: GrownTree) -> list[FloatArray]:

@@ -1,6 +1,7 @@
 """write.py: tensor tree XML as Radiance reads it, from any Bsdf, with what is known of where its values come from."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from xml.sax.saxutils import escape
 
@@ -16,6 +17,8 @@ LEAST_RESOLUTION, MOST_RESOLUTION = 2, 9
 DEFAULT_MB = 2.0  # of a file without a limit
 BANDS = ("Visible", "Solar")
 TRISTIMULUS = ("CIE-X", "CIE-Y", "CIE-Z")
+# Channels that the reader makes of bands; CIE-X and CIE-Z keep their names.
+_READ_AS = {"Visible": "visible", "Solar": "solar", "CIE-Y": "visible"}
 _HEADER_BYTES = 6000  # at most, of elements and what is said of the trees
 
 
@@ -110,7 +113,8 @@ def _comments(bsdf: Bsdf, faces: Side, channels: dict[str, str]) -> Iterator[str
         if band.lower() != name.lower():
             yield f"{band} holds channel {name}."
     yield from bsdf.validity
-    yield validity.line(bsdf)
+    held = {_READ_AS.get(band, band): bsdf.channels[name] for band, name in channels.items()}
+    yield validity.line(replace(bsdf, front_faces=faces, channels=held))
 
 
 def _origins(built: Built) -> Iterator[str]:

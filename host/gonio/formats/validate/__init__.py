@@ -5,11 +5,13 @@ Findings are errors (the file is wrong), warnings (odd, or read in a way the use
 
 from pathlib import Path
 
+from gonio.formats.detect import beginning_of, looks_like_xml
 from gonio.formats.findings import Findings
 from gonio.formats.tensor.read import is_tensor
 from gonio.formats.validate import document, klems_values, tree
 from gonio.formats.validate.document import Profile
 from gonio.formats.window_reader import read
+from gonio.units.errors import UsageError
 
 __all__ = ["Profile", "validate"]
 
@@ -19,6 +21,8 @@ def validate(path: Path, profile: Profile = "window") -> Findings:
 
     Raises UsageError when the file cannot be read at all: foreign, cut off, too large.
     """
+    if not looks_like_xml(beginning_of(path)):
+        raise UsageError(f"{path}: not readable as XML: give BSDF XML, as gonio export writes it")
     if is_tensor(path):
         return tree.validate(path, profile)
     content = read(path)

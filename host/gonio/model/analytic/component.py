@@ -2,15 +2,17 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from gonio.dataset.scattering import Features, FloatArray, IndexArray
 from gonio.model.analytic.families import family_of
 from gonio.model.analytic.family import Family, Process, from_fitted, row, to_fitted
 from gonio.model.analytic.tie import Tie, smooth_in_theta
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 _FEW = 32  # angles: more than that, and a family of surfaces looks its integrals up
 
@@ -62,7 +64,9 @@ class Component:
         return self.family.integral(values, np.stack((np.sin(theta), np.zeros(len(theta)), np.cos(theta)), axis=-1))
 
     @cached_property
-    def _table(self) -> CubicSpline:
+    def _table(self) -> "CubicSpline":
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415 - slow to load, and few models need it
+
         angles = np.arange(91.0)
         own = self._integral_of(self.parameters_at(angles), np.minimum(angles, 89.99))
         mirrored = np.concatenate((own[:0:-1], own))  # an even function of theta

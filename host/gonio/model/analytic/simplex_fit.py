@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 
 from gonio.dataset.scattering import FloatArray
 from gonio.model.analytic.weighting import thinned
@@ -26,6 +25,8 @@ class SimplexFit:
 def fit_simplex(points: Points) -> SimplexFit:
     """Nelder and Mead's simplex on the root mean square difference of the BSDF, all points alike, with a high penalty
     on negative A, B and g; one start, read off the data. At most some 4000 points, not within 3 degrees of grazing."""
+    from scipy.optimize import minimize  # noqa: PLC0415 - slow to load, and few models need it
+
     used = thinned(points, _MOST_POINTS)
     kept = used.unit[:, 2] > _GRAZING
     unit, dsf = used.unit[kept], used.dsf_per_sr[kept]

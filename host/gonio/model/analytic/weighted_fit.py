@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from gonio.dataset.scattering import FloatArray
 from gonio.model.analytic.family import Family, bounds, from_fitted, to_fitted
@@ -68,6 +67,8 @@ def _first_cost(family: Family, directions: Sequence[Points], values: FloatArray
 
 
 def _refined(family: Family, directions: Sequence[Points], values: FloatArray, rounds: int) -> tuple[FloatArray, float]:
+    from scipy.optimize import least_squares  # noqa: PLC0415 - slow to load, and a model once fitted needs none
+
     lower, upper = (to_fitted(family, bound) for bound in bounds(family))
     x = np.clip(to_fitted(family, values), lower + 1e-9, upper - 1e-9)
     y = np.concatenate([points.dsf_per_sr for points in directions])

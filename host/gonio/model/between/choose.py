@@ -23,8 +23,9 @@ FloatArray = NDArray[np.float64]
 _MOST_POINTS = 4000  # of a direction, those near peaks twice as many as elsewhere
 _MOST_LEFT_OUT = 16
 _CALM_U_REL = 0.1  # relative uncertainty at which a point counts half
-_CLEARLY = 0.97  # a later scheme must be this much better, and put no fewer points within 10 %,
-_FAR = 0.75  # or be this much better: near the noise the figure alone says little
+_CLEARLY = 0.85  # a later scheme must be this much better by the figure, put no fewer points within 10 %,
+_FAR = 0.6  # or be this much better: near the noise the figure alone says little,
+_NO_WORSE = 1.1  # and have no more than so many times the CV(RMSD): not buy a better ground by a misplaced peak
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def _thinned(number: int, points: Points, node: Node) -> Held:
 
 
 def predict(resolver: Resolver, held: Held) -> Prediction:
-    """From the other nodes."""
+    """From the nodes that the resolver connects."""
     p = held.points
     model = evaluate(resolver.slices(p.incident[None]), resolver.grids, p.unit)
     measured = np.maximum(p.dsf_per_sr, 0.0)
@@ -105,21 +106,26 @@ def predict(resolver: Resolver, held: Held) -> Prediction:
     )
 
 
-def leave_one_out(resolver: Resolver, held: list[Held]) -> list[Prediction]:
-    """One scheme's predictions of all directions that are held out."""
-    return [predict(resolver.without(h.node), h) for h in held]
+def leave_one_out(others: list[Resolver], held: list[Held]) -> list[Prediction]:
+    """One scheme's predictions of all directions that are held out, each by a resolver without it."""
+    return [predict(other, h) for other, h in zip(others, held, strict=True)]
 
 
 def chosen(table: dict[Scheme, list[Prediction]]) -> Scheme:
-    """The scheme with the least mean figure; an earlier one unless a later is clearly better."""
-    best, least, most = next(iter(table)), np.inf, 0.0
+    """The scheme with the least mean figure; but an earlier one, which is simpler, unless a later one is clearly
+    better: one direction left out is weak evidence. The order of SCHEMES: lobes over a ground at rest; a ground of
+    which what directions do not share moves; one that moves; cubics in place of lines; no lobes.
+    """
+    best, least, most, spread = next(iter(table)), np.inf, 0.0, np.inf
     for scheme, predictions in table.items():
         if not predictions:
             continue
         figure = float(np.mean([p.hellinger for p in predictions]))
         within = float(np.mean([p.within_10 for p in predictions]))
-        if figure < _FAR * least or (figure < _CLEARLY * least and within >= most):
-            best, least, most = scheme, figure, within
+        cv = float(np.mean([p.cv_rmsd for p in predictions]))
+        better = figure < _FAR * least or (figure < _CLEARLY * least and within >= most)
+        if better and cv <= _NO_WORSE * spread:
+            best, least, most, spread = scheme, figure, within, cv
     return best
 
 

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 LARGEST_CORRECTION = 0.02  # a node's scale stays within; what it would have needed is recorded
 BOUND_SLACK = 1e-3  # of the integral: what the quadrature below may be wrong by
-_RINGS, _SECTORS = 24, 64  # of the hemisphere
+_LEAST_RINGS, _MOST_RINGS = 24, 64  # of the hemisphere, as many as backgrounds have nodes across; twice as many sectors
 _LOBE_RINGS, _LOBE_SECTORS = 16, 32
 _LOBE_REACH = 5.0  # standard deviations: 4e-6 of a lobe is left out
 _TABLE_STEP_DEG = 0.5
@@ -30,17 +30,19 @@ def integrals(slices: Slices, grids: Grids) -> FloatArray:
     """Integral of the DSF over the hemisphere (k,), lobes with what is beside them apart from backgrounds: each by
     Gauss's rule along the radius and equal steps around."""
     number = len(slices.scale)
-    z, weight = np.polynomial.legendre.leggauss(_RINGS)
-    z, weight = 0.5 * (z + 1.0), 0.5 * weight * 2.0 * np.pi / _SECTORS
-    phi = (np.arange(_SECTORS) + 0.5) * (2.0 * np.pi / _SECTORS)
+    rings = int(np.clip(np.max(grids.size[slices.field_grid], initial=0), _LEAST_RINGS, _MOST_RINGS))
+    sectors = 2 * rings
+    z, weight = np.polynomial.legendre.leggauss(rings)
+    z, weight = 0.5 * (z + 1.0), 0.5 * weight * 2.0 * np.pi / sectors
+    phi = (np.arange(sectors) + 0.5) * (2.0 * np.pi / sectors)
     across = np.sqrt(1.0 - z * z)
     unit = np.stack(
-        [np.outer(across, np.cos(phi)).ravel(), np.outer(across, np.sin(phi)).ravel(), np.repeat(z, _SECTORS)], axis=1
+        [np.outer(across, np.cos(phi)).ravel(), np.outer(across, np.sin(phi)).ravel(), np.repeat(z, sectors)], axis=1
     )
     ground = _without_lobes(slices)
     which = np.repeat(np.arange(number), len(unit))
     value = evaluate(ground, grids, np.tile(unit, (number, 1)), which).reshape(number, -1)
-    total = value @ np.repeat(weight, _SECTORS)
+    total = value @ np.repeat(weight, sectors)
     total += _lobe_integrals(slices, grids, number)
     return np.asarray(total * slices.scale)
 

@@ -3,7 +3,8 @@
 Per lobe that nodes share (tracks.py): offset from the ideal direction that it follows, logarithm of the peak, and
 matrix logarithm of the covariance are interpolated (log-Euclidean mean: Arsigny et al. 2006), by weights of the
 triangle or line, or as monotone cubics. What is left beside a lobe is carried in its whitened coordinates, in
-proportion to the peak. A lobe that a node lacks fades with that node's weight. Backgrounds are blended at rest or, as
+proportion to the peak. A lobe that a node lacks fades with that node's weight, by the logarithm as between two peaks:
+of what the node shows in its place it may have as much without being seen. Backgrounds are blended at rest or, as
 BSDF, in coordinates beta - beta0 (direction cosines from the ideal direction). Beyond the nodes all is held in the
 coordinates it moves in.
 """
@@ -12,15 +13,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from gonio.model.between.mesh import Line, Stencil, Triangles
 from gonio.model.between.scheme import Scheme
 from gonio.model.between.tracks import FOLLOWS, Lobes, Matcher, Matches, Tracks, track
 from gonio.model.grid_fit import grid_at
-from gonio.model.hemisphere import ideal
+from gonio.model.hemisphere import Follows, disc_from_unit, ideal
+from gonio.model.monotone_cubic import monotone_cubic
 from gonio.model.nodes.coverage import BEYOND, look_up
-from gonio.model.nodes.frames import along_tangents, level_axes, symmetric_function
+from gonio.model.nodes.frames import along_tangents, level_axes, symmetric_function, tangents
 from gonio.model.nodes.node import Node
 from gonio.model.nodes.symmetry import Images
 from gonio.model.slices import Grids, Slices
@@ -29,12 +30,13 @@ FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
 
 _MOST_LOG_PEAK = 40.0
+_LEAST_LOG_LEVEL = -7.0  # 1e-3 of a peak
 
 
 @dataclass
 class Resolver:
     """Nodes with their images, connected: everything that interpolation needs. `source` (e,): node of each image,
-    `signs` (e, 2), `incident` (e, 3)."""
+    `signs` (e, 2), `incident` (e, 3); `kept`: images that are connected (`without`)."""
 
     nodes: list[Node]
     images: Images
@@ -42,6 +44,7 @@ class Resolver:
     source: IndexArray = field(init=False)
     signs: FloatArray = field(init=False)
     incident: FloatArray = field(init=False)
+    kept: IndexArray = field(init=False)
 
     def __post_init__(self) -> None:
         measured = np.array([node.incident for node in self.nodes]).reshape(-1, 3)
@@ -52,10 +55,10 @@ class Resolver:
         self.grids, self._patch_of, self._background_of = self._grids()
 
     def without(self, node: int) -> "Resolver":
-        """The same without this node and its images: they are neither neighbours nor matched."""
+        """The same without this node and its images: they are neither neighbours nor matched. May be repeated."""
         other = object.__new__(Resolver)
         other.__dict__.update(self.__dict__)
-        kept = np.flatnonzero(self.source != node)
+        kept = self.kept[self.source[self.kept] != node]
         other._connect(self._lobes, kept, self._matches)
         other._gather(self._lobes)
         return other
@@ -75,7 +78,7 @@ class Resolver:
         return other
 
     def _connect(self, lobes: list[Lobes], kept: IndexArray, matches: Matches) -> None:
-        self._lobes, self._matches, self._kept = lobes, matches, kept
+        self._lobes, self._matches, self.kept = lobes, matches, kept
         incident = self.incident[kept]
         self.mesh: Line | Triangles = Line(incident) if self.images.isotropic else Triangles(incident)
         self.tracks: Tracks = (
@@ -99,6 +102,24 @@ class Resolver:
             self._log_peak[e, t] = own.log_peak[index]
             self._offset[e, t] = own.offset[self.tracks.follows[t]][index]
             self._log_covariance[e, t] = own.log_covariance[index]
+        self._log_level = np.zeros(shape)
+        for e, t in zip(*np.nonzero(lobe < 0), strict=True):
+            on = lobe[:, t] >= 0
+            self._log_level[e, t] = self._log_level_at(lobes[e], e, self.tracks.follows[t], self._offset[on, t])
+
+    def _log_level_at(self, lobes: Lobes, image: int, follows: Follows, offset: FloatArray) -> float:
+        """Logarithm of the DSF [1/sr] that an image shows where a lobe that it lacks would be, at the mean of offsets
+        (n, 2) from what it follows."""
+        axes = level_axes(ideal(follows, lobes.incident))
+        place = along_tangents(axes, offset.mean(axis=0))
+        place[2] = max(float(place[2]), 0.0)
+        u = tangents(level_axes(lobes.centre), np.broadcast_to(place, lobes.centre.shape))
+        precision = np.linalg.inv(symmetric_function(lobes.log_covariance, np.exp))
+        level = float(np.exp(lobes.log_peak - 0.5 * np.einsum("li,lij,lj->l", u, precision, u)).sum())
+        node = self.nodes[self.source[image]]
+        disc = disc_from_unit(place / np.linalg.norm(place)) * self.signs[image]
+        level += float(grid_at(node.background.astype(np.float64), 1.0, disc[None])[0])
+        return float(np.log(max(level, 1e-300)))
 
     def _grids(self) -> tuple[Grids, list[IndexArray], IndexArray]:
         """All grids; number of the patch of each lobe of each image, and of each node's background. A patch's image
@@ -129,7 +150,7 @@ class Resolver:
     def locate(self, incident: FloatArray) -> Stencil:
         """Neighbours among the images of folded incident directions (k, 3)."""
         found = self.mesh.locate(incident)
-        return Stencil(self._kept[found.node], found.weight, found.origin, found.at)
+        return Stencil(self.kept[found.node], found.weight, found.origin, found.at)
 
     def slices(self, incident: FloatArray, *, scaled: bool = True) -> Slices:
         """Resolved for folded incident directions (k, 3), without the bound of energy (energy.py); `scaled`: with the
@@ -187,7 +208,12 @@ class Resolver:
             np.minimum(log_peak[which] - self._log_peak[image, column[which]], _MOST_LOG_PEAK)
         )
         patch_start = np.searchsorted(which, np.arange(len(row) + 1)).astype(np.int64)
-        peak *= present[row, column]
+        total = present[row, column]
+        absent = np.where(lobe < 0, weight[:, None, :], 0.0)[row, column]
+        level = np.einsum("lc,lc->l", absent, self._log_level[at, column[:, None]])
+        fade = _faded(total, level / np.maximum(absent.sum(axis=1), 1e-300) - log_peak)
+        peak *= fade
+        patch_weight *= (fade / total)[which]
         return start, frame, whitening, peak, patch_start, first[image] + index, patch_weight
 
     def _ideal(self, incident: FloatArray, column: IndexArray) -> FloatArray:
@@ -202,7 +228,7 @@ class Resolver:
         """Parameters of lobes (l,) at angles (l,) on the line, by monotone cubics through all nodes of the track; held
         beyond its ends."""
         log_peak, offset, log_covariance = np.zeros(len(at)), np.zeros((len(at), 2)), np.zeros((len(at), 2, 2))
-        images = self._kept[line.order]
+        images = self.kept[line.order]
         for t in np.unique(column):
             rows = column == t
             on = self.tracks.lobe[images, t] >= 0
@@ -211,9 +237,10 @@ class Resolver:
                 values = (self._log_peak[own[0], t], self._offset[own[0], t], self._log_covariance[own[0], t])
             else:
                 s = np.clip(at[rows], knots[0], knots[-1])
-                values = tuple(
-                    PchipInterpolator(knots, table[own, t], axis=0)(s)
-                    for table in (self._log_peak, self._offset, self._log_covariance)
+                values = (
+                    monotone_cubic(knots, self._log_peak[own, t], s),
+                    monotone_cubic(knots, self._offset[own, t], s),
+                    monotone_cubic(knots, self._log_covariance[own, t], s),
                 )
             log_peak[rows], offset[rows], log_covariance[rows] = values
         return log_peak, offset, log_covariance
@@ -291,6 +318,14 @@ class Resolver:
             return incident
         across = np.hypot(incident[:, 0], incident[:, 1])
         return np.stack((across, np.zeros(len(across)), incident[:, 2]), axis=1)
+
+
+def _faded(share: FloatArray, log_level: FloatArray) -> FloatArray:
+    """Factor of a lobe's peak between nodes that have it, with weights that add up to `share`, and nodes that lack it
+    and show exp(log_level) of the peak there: 1 at the former, 0 at the latter, between them as the logarithm goes,
+    which for a level as high as the peak is `share` itself."""
+    log_level = np.clip(log_level, _LEAST_LOG_LEVEL, -1e-6)
+    return np.asarray(np.expm1(-share * log_level) / np.expm1(-log_level))
 
 
 def _resized(array: NDArray[np.float32], size: int) -> NDArray[np.float32]:

@@ -1,13 +1,13 @@
 """found.py: the lobes found so far, and what a fit about some of them sees of the distribution."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gonio.model.lobes.gauss import Gauss
 from gonio.model.lobes.least_squares import Bounds, Fit, fit_together, ground_terms
-from gonio.model.lobes.scene import Nodes, Scene
+from gonio.model.lobes.scene import Nodes, Scene, some_of
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
@@ -16,6 +16,9 @@ BROADEST_RAD = np.radians(20.0)
 LIMIT = 3000  # nodes in one fit
 CELLS_PER_SIGMA = 4.0  # lobes at least so broad are fitted to means over cells
 WINDOW = 4.5  # standard deviations about a lobe that its fit sees
+HIDDEN = 0.5  # standard deviations about a lobe's centre without a point: its top lies in a gap of the data
+LEAST_SEEN = 0.5  # of the peak of such a lobe that some point sees
+EDGES = 0.25  # root of the share of squared DSF that Gaussians leave, from which on they are fitted where it is high
 FLOOR_SHARE = 0.03  # of the weakest peak in a fit: far below it, what is no Gaussian must not bend the lobe
 
 
@@ -54,8 +57,10 @@ def bounds_of(lobe: Gauss, nodes: Nodes) -> Bounds:
     pitch = float(np.sqrt(np.median(nodes.weight[nearest])))
     near = away <= max(2.0 * wide, 2.0 * pitch)
     top = float(nodes.value[near].max()) if near.any() else lobe.peak
-    # the top may lie between points or in a gap, and the best Gaussian for a top hat is 1.43 times as high
-    return Bounds(lobe.centre, max(1.5 * wide, pitch), 0.35 * pitch, 1.3 * BROADEST_RAD, 1.5 * max(top, 1e-12))
+    # the best Gaussian for a top hat is 1.43 times as high; in a gap what is seen is only a flank
+    hidden = float(away[nearest].min()) > HIDDEN * float(lobe.sigma[0])
+    most = (1.0 / LEAST_SEEN if hidden else 1.5) * max(top, 1e-12)
+    return Bounds(lobe.centre, max(1.5 * wide, pitch), 0.35 * pitch, 1.3 * BROADEST_RAD, most)
 
 
 class Found:
@@ -83,7 +88,7 @@ class Found:
     def accept(self, lobes: tuple[Gauss, ...], own: list[int], new: int) -> None:
         """The first `new` lobes are added, the others replace the accepted ones `own`."""
         for k, lobe in zip(own, lobes[new:], strict=True):
-            self._replace(k, lobe)
+            self.replace(k, lobe)
         for lobe in lobes[:new]:
             self.lobes.append(lobe)
             self.on_cells.append(self.scene.on_cells(lobe))
@@ -92,7 +97,8 @@ class Found:
         """Forgets a lobe."""
         del self.lobes[place], self.on_cells[place]
 
-    def _replace(self, place: int, lobe: Gauss) -> None:
+    def replace(self, place: int, lobe: Gauss) -> None:
+        """Another lobe in the place of one."""
         self.lobes[place], self.on_cells[place] = lobe, self.scene.on_cells(lobe)
 
     def neighbours(self, lobe: Gauss, *, but: int | None = None) -> list[int]:
@@ -118,8 +124,9 @@ class Found:
                 inside = np.zeros(len(means.nodes), dtype=bool)
                 inside[means.home[cells]] = True
                 inside &= means.nodes.unit @ centre >= np.cos(min(radius, np.pi))
-                beside = means.of(self.explained(but=but))[inside]
-                return means.nodes.only(inside), beside, float(means.spread[inside].mean()) if inside.any() else 0.0
+                kept = some_of(np.flatnonzero(inside), LIMIT)
+                beside = means.of(self.explained(but=but))[kept]
+                return means.nodes.only(kept), beside, float(means.spread[kept].mean()) if len(kept) else 0.0
         nodes = scene.points_near(cells, centre, radius, LIMIT)
         others = (g.value(nodes.unit) for k, g in enumerate(self.lobes) if k not in but)
         return nodes, np.asarray(sum(others, np.zeros(len(nodes)))), 0.0
@@ -156,8 +163,12 @@ class Found:
             view = self.view(before, own)
             if view is None:
                 continue
+            left = view.fit(before, 1).left
+            if float(view.nodes.weight @ left**2) > EDGES**2 * float(view.nodes.weight @ view.nodes.value**2):
+                # by relative weights the dark about a peak with edges would win over the peak
+                view = replace(view, floor=max(g.peak for g in before))
             fit = view.fit(before, 10)
             for j, old, lobe in zip(own, before, fit.lobes, strict=True):
-                self._replace(j, view.true(lobe))
+                self.replace(j, view.true(lobe))
                 change = max(change, abs(lobe.log_peak - old.log_peak))
         return change

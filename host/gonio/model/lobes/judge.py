@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gonio.model.lobes.found import BROADEST_RAD, Found, View
+from gonio.model.lobes.found import BROADEST_RAD, LEAST_SEEN, Found, View
 from gonio.model.lobes.gauss import Gauss
 from gonio.model.lobes.least_squares import Fit, peak_errors, trust
 
@@ -18,11 +18,26 @@ GOOD_ENOUGH = 0.06  # error over trust, both squared: half a percent of the leve
 PROVISIONAL = 1.25  # of BROADEST_RAD: a lobe may look too broad as long as its neighbour is not known
 LONGEST = 7.0  # ratio of standard deviations: what is longer is a streak, of which lobes are only pieces
 UNLIKE = 0.3  # mean square of what is left over that of the lobes: 0.23 of a top hat, more of pieces of a streak
+TOP_SEEN = 0.8  # of the peak: points that see less must lie round about the lobe
+LARGEST_GAP_RAD = 3.5  # about such a lobe without a point that sees as much: tracks on either side will do
+LEAST_LEVEL = 0.01  # of the mean over a lobe, of all that is there, that its peak must reach
 BENEFIT = 0.75  # held-out error, with over without, that a lobe has to come below
 
 
 def _height(lobe: Gauss, unit: FloatArray) -> FloatArray:
     return np.asarray(np.exp(-0.5 * lobe.whitened(unit)[1]))
+
+
+def _seen(lobe: Gauss, unit: FloatArray, height: FloatArray) -> bool:
+    """Whether points tell of a lobe's top: near it, or half of it and as well from the other side. A flank on one side
+    may be anything."""
+    top = float(height.max(initial=0.0))
+    if top >= TOP_SEEN:
+        return True
+    v = lobe.whitened(unit[height > 0.75 * top])[0]
+    turn = np.sort(np.arctan2(v[1], v[0]))
+    gaps = np.diff(turn, append=turn[:1] + 2.0 * np.pi)
+    return top >= LEAST_SEEN and float(gaps.max(initial=0.0)) < LARGEST_GAP_RAD
 
 
 def sound(view: View, fit: Fit, new: int) -> bool:
@@ -31,7 +46,7 @@ def sound(view: View, fit: Fit, new: int) -> bool:
     for place, lobe in enumerate(fit.lobes):
         height = _height(lobe, view.nodes.unit)
         least = FEWEST_CIRCULAR if lobe.circular else FEWEST_NODES
-        if np.count_nonzero(height > 0.1) < least or float(height.max()) < 0.5:
+        if np.count_nonzero(height > 0.1) < least or not _seen(lobe, view.nodes.unit, height):
             return False
         narrow, wide = (float(s) for s in lobe.sigma)
         if wide > PROVISIONAL * BROADEST_RAD or wide > LONGEST * narrow or not stands_out(view, fit, place):
@@ -60,6 +75,21 @@ def stands_out(view: View, fit: Fit, place: int) -> bool:
     rest = view.nodes.value[near] - fit.left[near] - lobe.peak * height[near]
     least = LEAST_CONTRAST + CONTRAST_OF_BROADEST * float(lobe.sigma[1]) / BROADEST_RAD
     return bool(lobe.peak >= least * float(np.mean(np.abs(rest))))
+
+
+def in_vain(found: Found, place: int) -> bool:
+    """Whether a lobe, as it is once all are known, is a streak, has its top where nothing is seen, or is lost in what
+    is there, stronger lobes and all: what a fit to a strong peak leaves beside it."""
+    scene, lobe = found.scene, found.lobes[place]
+    if float(lobe.sigma[1]) > LONGEST * float(lobe.sigma[0]):
+        return True
+    near = scene.points_of(scene.cells_near(lobe.centre, 2.0 * float(lobe.sigma[1])))
+    unit = scene.unit[near]
+    if not _seen(lobe, unit, _height(lobe, unit)):
+        return True
+    weight = scene.cell_weight * found.on_cells[place]
+    level = float(weight @ np.abs(scene.cell_mean)) / max(float(weight.sum()), 1e-300)
+    return lobe.peak < LEAST_LEVEL * level
 
 
 def pays(view: View, fit: Fit, new: int, before: list[Gauss]) -> bool:

@@ -13,6 +13,7 @@ IndexArray = NDArray[np.int64]
 
 FINEST_CELL_RAD = np.radians(0.9)
 COARSEST_CELL_RAD = np.radians(4.0)
+CROWDED = 100  # points of a cell, from which on every n-th stands for all, where they differ little
 REACH = 7.0  # standard deviations beyond which a lobe is nothing
 
 
@@ -30,9 +31,16 @@ class Nodes:
     def __len__(self) -> int:
         return len(self.value)
 
-    def only(self, where: NDArray[np.bool_]) -> "Nodes":
-        """Those of a mask."""
+    def only(self, where: NDArray[np.bool_] | IndexArray) -> "Nodes":
+        """Those of a mask, or of rows."""
         return Nodes(self.unit[where], self.value[where], self.variance[where], self.weight[where], self.part[where])
+
+
+def some_of(rows: IndexArray, limit: int) -> IndexArray:
+    """At most `limit` of them, the same in every run, in their order."""
+    if len(rows) <= limit:
+        return rows
+    return np.sort(np.random.default_rng(0).choice(rows, limit, replace=False))
 
 
 def _part(index: IndexArray) -> NDArray[np.uint8]:
@@ -48,8 +56,8 @@ class Scene:
     """Points in cells of a square grid over Lambert's disc.
 
     pitch_rad: distance of the points where they are sparse; size: cells along a side; start (c + 1,): range of each
-    occupied cell in the sorted points; home (c,): its place in the flattened grid; mean and middle: mean and median of
-    the cells' |DSF|.
+    occupied cell in the sorted points, of which crowded cells keep some (sorted_cells);
+    home (c,): its place in the flattened grid; mean and middle: mean and median of the cells' |DSF|.
     """
 
     def __init__(self, unit: FloatArray, dsf: FloatArray, variance: FloatArray, solid_angle_sr: FloatArray) -> None:
@@ -60,21 +68,23 @@ class Scene:
         self.cell_rad = float(np.clip(self.pitch_rad, FINEST_CELL_RAD, COARSEST_CELL_RAD))
         # a cell of side h on the disc has a solid angle of 2 h^2
         self.size = 2 * int(np.ceil(np.sqrt(2.0) / self.cell_rad))
-        order, self.home, self.start = model.sorted_cells(np.ascontiguousarray(unit), self.size)
-        first = self.start[:-1]
-        self.unit = np.take(unit, order, axis=0)
-        self.value = dsf[order]
-        self.variance = np.maximum(variance[order], 0.0)
-        self.weight = solid_angle_sr[order]
-        self.part = _part(order)
-        self.cell_weight = np.add.reduceat(self.weight, first)
-        self.cell_mean = np.add.reduceat(self.weight * self.value, first) / self.cell_weight
-        self.cell_variance = np.add.reduceat(self.weight**2 * self.variance, first) / self.cell_weight**2
-        middle = np.add.reduceat(self.weight[:, None] * self.unit, first, axis=0)
-        self.cell_middle = middle / self.cell_weight[:, None]
-        self.cell_unit = middle / np.linalg.norm(middle, axis=1)[:, None]
+        noise = np.ascontiguousarray(np.maximum(variance, 0.0))
+        unit, dsf, weight = (np.ascontiguousarray(a) for a in (unit, dsf, solid_angle_sr))
+        self.home, self.start, row, self.weight, total = model.sorted_cells(
+            unit, dsf, noise, weight, self.size, CROWDED
+        )
+        self.unit = np.take(unit, row, axis=0)
+        self.value = dsf[row]
+        self.variance = noise[row]
+        self.part = _part(row)
+        sums: FloatArray = np.ascontiguousarray(total[:, :3].T)
+        self.cell_weight: FloatArray = sums[0]
+        self.cell_mean: FloatArray = sums[1] / self.cell_weight
+        self.cell_variance: FloatArray = sums[2] / self.cell_weight**2
+        self.cell_middle = total[:, 3:] / self.cell_weight[:, None]
+        self.cell_unit = self.cell_middle / np.linalg.norm(self.cell_middle, axis=1)[:, None]
         self._means: dict[int, Means] = {}
-        self.middle = float(np.median(np.abs(self.cell_mean))) if len(first) else 0.0
+        self.middle = float(np.median(np.abs(self.cell_mean))) if len(self.home) else 0.0
         self.mean = float(np.sum(self.cell_weight * np.abs(self.cell_mean)) / np.sum(self.cell_weight))
 
     def cells_near(self, centre: FloatArray, radius: float) -> IndexArray:

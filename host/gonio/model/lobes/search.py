@@ -63,11 +63,19 @@ class Search:
 
     def _drop_faded(self) -> None:
         """Forgets lobes that their neighbours, found later, have left next to nothing of, or that have spread."""
-        faded = next((k for k in range(len(self.found.lobes)) if self._has_faded(k)), None)
-        while faded is not None:
-            self.found.drop(faded)
+        while self._drop_weakest():
             self.found.polish()
-            faded = next((k for k in range(len(self.found.lobes)) if self._has_faded(k)), None)
+
+    def _drop_weakest(self) -> bool:
+        """Of faded lobes side by side only the weakest: without it the others may be worth something. Whether any."""
+        spared: list[Gauss] = []
+        known = len(self.found.lobes)
+        for lobe in sorted(self.found.lobes, key=lambda g: g.peak):
+            place = next(k for k, g in enumerate(self.found.lobes) if g is lobe)
+            if not any(g is lobe for g in spared) and self._has_faded(place):
+                spared += [self.found.lobes[k] for k in self.found.neighbours(lobe, but=place)]
+                self.found.drop(place)
+        return len(self.found.lobes) < known
 
     def _has_faded(self, place: int) -> bool:
         lobe = self.found.lobes[place]

@@ -20,7 +20,11 @@ FloatArray = NDArray[np.float64]
 MOST_BACKGROUND = 129  # nodes per side beside lobes; 1.3 degrees at the normal
 MOST_PLAIN = 257  # without lobes
 MOST_PATCH = 33  # a quarter of the lobe's standard deviation
-_FULL = 0.6  # of PATCH_HALF_WIDTH: so far a lobe's window is 1; it falls to 0 at PATCH_HALF_WIDTH
+# Of PATCH_HALF_WIDTH: so far a lobe's window is 1; it falls to 0 at PATCH_HALF_WIDTH. A sharp one is nearly all patch:
+# a background is too coarse for the skirts that a peak with edges, such as a beam, does not have.
+_FULL, _FULL_SHARP = 0.6, 0.9
+_SHARP_RAD = np.radians(1.0)
+_SKIRT = 5.2  # standard deviations of a sharp lobe where it is 1e-6 of its peak: so far it hides the background
 _NARROW_RAD = np.radians(5.0)  # lobes up to this hide the background under them
 _WIDE_RAD = np.radians(10.0)  # from here on the points under a lobe tell of the background too
 
@@ -103,9 +107,15 @@ def build_node(points: Points, lobes: tuple[Lobe, ...], ground: Ground | None = 
         axes = np.array([level_axes(c) for c in centre])
         whitening = np.ascontiguousarray(symmetric_function(-0.5 * log_covariance, np.exp))
         left -= lobes_at(axes, whitening, np.array([lobe.peak_per_sr for lobe in lobes]), points.unit)
-        rows, whitened = near_lobes(axes, whitening, points.unit, PATCH_HALF_WIDTH)
-    windows = [_window(v) for v in whitened]
+        rows, whitened = near_lobes(axes, whitening, points.unit, _SKIRT)
     seen = np.ones(len(left))  # 1 - window of narrow lobes: what is under them is not background
+    for lobe, at in zip(lobes, rows, strict=True):
+        if float(lobe.sigma_rad[1]) < _SHARP_RAD:
+            seen[at] = 0.0
+    inside = [np.hypot(v[:, 0], v[:, 1]) <= PATCH_HALF_WIDTH for v in whitened]
+    rows = [at[i] for at, i in zip(rows, inside, strict=True)]
+    whitened = [v[i] for v, i in zip(whitened, inside, strict=True)]
+    windows = [_window(v, float(lobe.sigma_rad[1])) for v, lobe in zip(whitened, lobes, strict=True)]
     outside, total = np.ones(len(left)), np.zeros(len(left))
     for lobe, at, window in zip(lobes, rows, windows, strict=True):
         hides = np.clip((_WIDE_RAD - lobe.sigma_rad[1]) / (_WIDE_RAD - _NARROW_RAD), 0.0, 1.0)
@@ -145,10 +155,11 @@ def build_node(points: Points, lobes: tuple[Lobe, ...], ground: Ground | None = 
     )
 
 
-def _window(v: FloatArray) -> FloatArray:
+def _window(v: FloatArray, sigma_rad: float) -> FloatArray:
     """1 about the centre, 0 from PATCH_HALF_WIDTH on, smooth between."""
     r = np.hypot(v[:, 0], v[:, 1]) / PATCH_HALF_WIDTH
-    t = np.clip((r - _FULL) / (1.0 - _FULL), 0.0, 1.0)
+    full = np.interp(sigma_rad, (_SHARP_RAD, _NARROW_RAD), (_FULL_SHARP, _FULL))
+    t = np.clip((r - full) / (1.0 - full), 0.0, 1.0)
     return np.asarray(1.0 - t * t * (3.0 - 2.0 * t))
 
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from gonio.dataset.bsdf import Symmetry
 from gonio.model.nodes.points import SAME_DEG, Points, joined
@@ -156,6 +155,8 @@ def _summary(pairs: list[tuple[Points, Points]], name: str) -> dict[str, Any] | 
 def _compared(image: Points, other: Points) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """At the image's points: difference from the mean of the other's three nearest points, weighted to their centre;
     its uncertainty; the sum of both; solid angle. Points of the image that the other does not surround are left out."""
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - slow to load, and seldom are there pairs to compare
+
     near = min(4, len(other.unit))
     distance, index = cKDTree(other.unit).query(image.unit, k=near)
     distance, index = distance.reshape(-1, near), index.reshape(-1, near)

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from gonio.units.errors import UsageError
 
@@ -50,6 +49,8 @@ def threads_from_stacks(rho: Mapping[int, float], tau: Mapping[int, float], open
     """
     if 1 not in rho:
         raise UsageError("thread reflectance needs rho_total of one layer, and of two or three to see it converge")
+    from scipy.optimize import least_squares  # noqa: PLC0415 - slow to load, and a model once fitted needs none
+
     if not 0.0 <= openness < 1.0:
         raise UsageError(f"openness {openness:g} is not from 0 to below 1: tau_diffuse exceeds tau_total?")
     cover = 1.0 - openness

@@ -42,8 +42,10 @@ TEST(SortedCells, EveryPointOnceAndWithinTheGrid) {
         for (int i = 0; i < 500; ++i) {
             unit.push_back(sphere::normalised({share(random), share(random), std::fabs(share(random))}));
         }
-        const Sorted_cells found = sorted_cells(unit, size);
-        std::vector<std::int64_t> once = found.order;
+        const std::vector<double> ones(unit.size(), 1.0);
+        const Sorted_cells found = sorted_cells({unit, ones, ones, ones}, size, unit.size());
+        std::vector<std::int64_t> once = found.row;
+        EXPECT_EQ(once.size(), unit.size());
         std::sort(once.begin(), once.end());
         for (std::size_t i = 0; i < once.size(); ++i) {
             EXPECT_EQ(once[i], static_cast<std::int64_t>(i));
@@ -52,8 +54,10 @@ TEST(SortedCells, EveryPointOnceAndWithinTheGrid) {
         EXPECT_EQ(found.start.back(), static_cast<std::int64_t>(unit.size()));
         EXPECT_LT(found.home.back(), static_cast<std::int64_t>(size * size));
     }
-    EXPECT_THROW(sorted_cells({}, 0), std::invalid_argument);
-    EXPECT_THROW(sorted_cells({}, 5000), std::invalid_argument);
+    EXPECT_THROW(sorted_cells({}, 0, 1), std::invalid_argument);
+    EXPECT_THROW(sorted_cells({}, 5000, 1), std::invalid_argument);
+    const std::vector<Vec> one{{0.0, 0.0, 1.0}};
+    EXPECT_THROW(sorted_cells({one, {}, {}, {}}, 3, 1), std::invalid_argument);
 }
 
 TEST(SuitableSize, AnyPoints) {
