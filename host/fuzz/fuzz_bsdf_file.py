@@ -11,11 +11,13 @@ import atheris
 with atheris.instrument_imports(include=["gonio"]):
     import numpy as np
 
-    from gonio.formats import tree_dataset, validity, window_dataset
+    from gonio.formats import validity
     from gonio.formats.asking import ask
-    from gonio.formats.klems_scattering import window_bsdf
+    from gonio.formats.tensor import dataset as tree_dataset
     from gonio.formats.tensor.read import is_tensor, read_tensor
     from gonio.formats.validate import validate
+    from gonio.formats.window import dataset as window_dataset
+    from gonio.formats.window.scattering import window_bsdf
     from gonio.units.errors import UsageError
 
 SMALL_BASIS = (

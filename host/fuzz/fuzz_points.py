@@ -9,7 +9,11 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["gonio"]):
-    from gonio.formats import csv_read, detect, nist_csv, pab_dataset, pab_write
+    from gonio.formats import detect
+    from gonio.formats.pab import dataset as pab_dataset
+    from gonio.formats.pab import write as pab_write
+    from gonio.formats.tables import csv_read
+    from gonio.formats.tables import nist as nist_csv
     from gonio.units.errors import UsageError
 
 SEEDS = (

@@ -7,7 +7,7 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["gonio"]):
-    from gonio.formats import window_xml
+    from gonio.formats.window import write as window_xml
     from gonio.units.errors import UsageError
 
 SEED = (

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from gonio.dataset.bsdf import Dataset
 from gonio.dataset.nexus import read_dataset
-from gonio.formats import nist_csv
+from gonio.formats.tables import nist as nist_csv
 from gonio.reduce.imported import reduce_dataset
 
 ROOT = Path(__file__).resolve().parents[3]

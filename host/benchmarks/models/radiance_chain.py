@@ -9,7 +9,7 @@ from pathlib import Path
 
 from benchmarks.sim import radiance
 from gonio.dataset.bsdf import Dataset
-from gonio.formats import pab_write
+from gonio.formats.pab import write as pab_write
 
 WORKERS = 1
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gonio.formats import window_reader
-from gonio.formats.klems import KlemsBasis, LightSide, Process, direction_of_patch_deg
+from gonio.formats.window import read as window_reader
+from gonio.formats.window.klems import KlemsBasis, LightSide, Process, direction_of_patch_deg
 
 from .radiance import Usage, run
 from .scene import Scene

@@ -72,7 +72,7 @@ def _read(file: Path, front: "Side | None") -> tuple["Bsdf", "Findings"]:
 
     kind = kind_of(file)
     if kind == "matrices":
-        from gonio.formats.klems_scattering import window_bsdf
+        from gonio.formats.window.scattering import window_bsdf
 
         return window_bsdf(file, front)
     if kind == "tree":
@@ -83,9 +83,10 @@ def _read(file: Path, front: "Side | None") -> tuple["Bsdf", "Findings"]:
 
 
 def _to_matrices(bsdf: "Bsdf", output: Path, basis: str, notes: list[str], *, rescale: bool) -> None:
-    from gonio.formats import conversion, klems_model
-    from gonio.formats.klems import basis_named
-    from gonio.formats.klems_matrices import Band
+    from gonio.formats import conversion
+    from gonio.formats.window import from_model as klems_model
+    from gonio.formats.window.klems import basis_named
+    from gonio.formats.window.matrices import Band
 
     named: dict[str, Band] = {"visible": "Visible", "solar": "Solar", "CIE-X": "CIE-X", "CIE-Z": "CIE-Z"}
     channels = {named[name]: name for name in bsdf.channels if name in named}
@@ -138,8 +139,8 @@ def _changes(bsdf: "Bsdf", output: Path) -> list[str]:
     import numpy as np
 
     from gonio.formats import conversion
-    from gonio.formats.klems import basis_named
     from gonio.formats.tensor.read import read_tensor
+    from gonio.formats.window.klems import basis_named
 
     basis = basis_named("klems-full")
     tree, _ = read_tensor(output, bsdf.front_faces)

@@ -241,7 +241,7 @@ def _export_measured(
 ) -> None:
     from gonio.cli.sources import kind_of
     from gonio.dataset.nexus import read_dataset
-    from gonio.formats import window_xml
+    from gonio.formats.window import write as window_xml
 
     if kind_of(file) != "dataset":
         raise UsageError(f"{file}: is no dataset: --fill {fill.value} averages measured points; give --fill model")
@@ -266,11 +266,11 @@ def _export_points(dataset: "Dataset", file: Path, output: Path, kind: ExportFor
         _export_pab(dataset, file, output, options)
         return
     if kind is ExportFormat.CSV:
-        from gonio.formats import csv_points
+        from gonio.formats.tables import csv_write as csv_points
 
         csv_points.write(dataset, output, channel=options.channel)
     else:
-        from gonio.formats import nist_csv
+        from gonio.formats.tables import nist as nist_csv
 
         _, left_out = nist_csv.write(dataset, output, channel=options.channel)
         if left_out:
@@ -279,7 +279,7 @@ def _export_points(dataset: "Dataset", file: Path, output: Path, kind: ExportFor
 
 
 def _export_pab(dataset: "Dataset", file: Path, output: Path, options: ModelOptions) -> None:
-    from gonio.formats import pab_write
+    from gonio.formats.pab import write as pab_write
 
     if not output.is_dir():
         check_outputs(output, inputs=[file])

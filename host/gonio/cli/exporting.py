@@ -46,7 +46,7 @@ def opened(file: Path, options: ModelOptions) -> "Bsdf":
         raise UsageError(f"{file}: is a simulation file already: gonio convert brings it into another basis")
     if kind == "dataset":
         from gonio.dataset.nexus import read_dataset
-        from gonio.formats.raw_signal import refuse_raw
+        from gonio.formats.pab.raw_signal import refuse_raw
 
         refuse_raw([d for d in read_dataset(file).distributions if options.channel in (None, d.channel)])
     wanted: list[str] | None = None
@@ -61,7 +61,7 @@ def opened(file: Path, options: ModelOptions) -> "Bsdf":
 
 def export_matrices(file: Path, output: Path, basis: str, options: ModelOptions) -> None:
     """WINDOW XML whose cells are averages over both patches."""
-    from gonio.formats import klems_model
+    from gonio.formats.window import from_model as klems_model
 
     bsdf, notes = _with_solar(opened(file, options), options)
     channels = klems_model.channels_of(bsdf, channel=options.channel, xyz=_xyz(options.xyz))
@@ -75,8 +75,8 @@ def export_matrices(file: Path, output: Path, basis: str, options: ModelOptions)
 
 def export_tree(file: Path, output: Path, dimensions: int, options: ModelOptions) -> None:
     """Tensor tree XML."""
-    from gonio.formats.klems_model import channels_of
     from gonio.formats.tensor.write import write_tensor
+    from gonio.formats.window.from_model import channels_of
 
     bsdf, notes = _with_solar(opened(file, options), options)
     xyz = _xyz(options.xyz)

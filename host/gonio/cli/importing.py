@@ -96,12 +96,13 @@ def import_points(
             raise UsageError(f"{files[0]}: of BSDF XML one file at a time is imported, without --p-i and --beam")
         dataset = _from_xml(files[0], chosen, None if front is None else front.value, incident)
     elif chosen == "pab":
-        from gonio.formats import pab_dataset
+        from gonio.formats.pab import dataset as pab_dataset
 
         dataset = pab_dataset.read(files, p_i=p_i, beam=beam)
         say(*pab_dataset.remarks(dataset))
     else:
-        from gonio.formats import csv_read, nist_csv
+        from gonio.formats.tables import csv_read
+        from gonio.formats.tables import nist as nist_csv
 
         if len(files) > 1:
             raise UsageError(f"{files[1]}: only pab text is several files of one dataset: import one table at a time")
@@ -129,11 +130,11 @@ def _from_xml(file: Path, chosen: str, front: "Side | None", incident: list[str]
     from gonio.reduce.integrals.hemispheres import evaluated
 
     if chosen == ImportFormat.WINDOW.value:
-        from gonio.formats import window_dataset
+        from gonio.formats.window import dataset as window_dataset
 
         dataset, remarks = window_dataset.read_dataset(file, front)
     else:
-        from gonio.formats import tree_dataset
+        from gonio.formats.tensor import dataset as tree_dataset
 
         dataset, remarks = tree_dataset.read_dataset(file, front, [angles(text) for text in incident or []] or None)
     for distribution in dataset.distributions:

@@ -70,7 +70,7 @@ def open_bsdf(
     """
     kind = kind_of(path)
     if kind == "matrices":
-        from gonio.formats.klems_scattering import window_bsdf
+        from gonio.formats.window.scattering import window_bsdf
 
         bsdf, findings = window_bsdf(path, front)
         _warn(findings)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.scattering import Bsdf, FloatArray, IndexArray, Origin, Scattering
-from gonio.formats.csv_points import HORIZON_DEG
+from gonio.formats.tables.csv_write import HORIZON_DEG
 from gonio.units.errors import UsageError
 
 

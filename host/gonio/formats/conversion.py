@@ -9,14 +9,14 @@ resolution, which a way there and back cannot undo.
 import numpy as np
 
 from gonio.dataset.scattering import Bsdf, FloatArray, Scattering
-from gonio.formats.klems import KlemsBasis
-from gonio.formats.klems_scattering import KlemsScattering
 from gonio.formats.patches import of_tree
 from gonio.formats.patches.average import PatchMatrices
 from gonio.formats.patches.hemispheres import Component
 from gonio.formats.patches.overlap import rebinned
 from gonio.formats.tensor.flat import FlatTree
 from gonio.formats.tensor.tree import TreeScattering, TristimulusTrees
+from gonio.formats.window.klems import KlemsBasis
+from gonio.formats.window.scattering import KlemsScattering
 
 
 def averages(bsdf: Bsdf, basis: KlemsBasis) -> dict[str, PatchMatrices]:

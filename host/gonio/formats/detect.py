@@ -5,7 +5,10 @@ from pathlib import Path
 from typing import Literal
 
 from gonio.dataset.bsdf import Dataset
-from gonio.formats import csv_read, nist_csv, pab, pab_dataset
+from gonio.formats.pab import dataset as pab_dataset
+from gonio.formats.pab import text as pab
+from gonio.formats.tables import csv_read
+from gonio.formats.tables import nist as nist_csv
 from gonio.formats.text_numbers import lines_of
 from gonio.units.errors import UsageError
 

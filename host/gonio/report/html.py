@@ -8,7 +8,7 @@ import numpy as np
 
 from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.formats import atomic
-from gonio.formats.klems_matrices import BANDS, PROCESSES, SIDES, build
+from gonio.formats.window.matrices import BANDS, PROCESSES, SIDES, build
 from gonio.reduce.integrals.truth_beside import KnownTruth
 from gonio.report import (
     lobe,

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Side
-from gonio.formats import window_xml
-from gonio.formats.klems import KlemsBasis, LightSide, Process, basis_named, direction_of_patch_deg
-from gonio.formats.klems_matrices import BANDS, MEASURED, PROCESSES, SIDES, Band, KlemsMatrices, empty_set
+from gonio.formats.window import write as window_xml
+from gonio.formats.window.klems import KlemsBasis, LightSide, Process, basis_named, direction_of_patch_deg
+from gonio.formats.window.matrices import BANDS, MEASURED, PROCESSES, SIDES, Band, KlemsMatrices, empty_set
 from gonio.simulate.bundle import read_document
 from gonio.simulate.progress import PhotonProgress
 from gonio.simulate.readings import BALANCE, FloatArray, Part, PatchJob, added

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gonio.formats.klems import basis_named
+from gonio.formats.window.klems import basis_named
 
 FloatArray = NDArray[np.float64]
 CountArray = NDArray[np.uint64]

@@ -11,9 +11,9 @@ from scipy.spatial import cKDTree
 
 from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.dataset.nexus import read_dataset
-from gonio.formats import window_reader
-from gonio.formats.klems import KlemsBasis, LightSide, process_of, to_radiance_deg
-from gonio.formats.klems_matrices import BANDS, Band
+from gonio.formats.window import read as window_reader
+from gonio.formats.window.klems import KlemsBasis, LightSide, process_of, to_radiance_deg
+from gonio.formats.window.matrices import BANDS, Band
 from gonio.geometry.directions import angle_between_deg, angles_deg_from_unit, fold_phi_deg, unit_from_angles_deg
 from gonio.reduce.integrals.hemispheres import integrals
 from gonio.units.errors import UsageError

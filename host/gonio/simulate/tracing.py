@@ -9,7 +9,7 @@ from threading import Lock
 
 import numpy as np
 
-from gonio.formats.klems import basis_named
+from gonio.formats.window.klems import basis_named
 from gonio.simulate import _photons
 from gonio.simulate.bundle import Bundle, Unpacked
 from gonio.simulate.progress import PhotonProgress

@@ -12,11 +12,8 @@ from hypothesis import strategies as st
 from benchmarks.models.samples import RetroCoating
 from gonio.cli import main
 from gonio.dataset.scattering import Bsdf
-from gonio.formats import klems_model
 from gonio.formats.conversion import averages
 from gonio.formats.findings import Findings
-from gonio.formats.klems import BASES, KlemsBasis, basis_from_rings
-from gonio.formats.klems_scattering import KlemsScattering
 from gonio.formats.patches import of_tree
 from gonio.formats.patches.average import patch_matrices
 from gonio.formats.patches.overlap import overlaps_sr, rebinned
@@ -24,7 +21,10 @@ from gonio.formats.tensor.flat import parse
 from gonio.formats.tensor.read import read_tensor
 from gonio.formats.tensor.square import disc_from_square
 from gonio.formats.tensor.write import write_tensor
-from gonio.formats.window_reader import WindowBsdf, read
+from gonio.formats.window import from_model as klems_model
+from gonio.formats.window.klems import BASES, KlemsBasis, basis_from_rings
+from gonio.formats.window.read import WindowBsdf, read
+from gonio.formats.window.scattering import KlemsScattering
 
 DATA = Path(__file__).parents[1] / "data" / "window_xml"
 FULL, QUARTER = BASES["klems-full"], BASES["klems-quarter"]

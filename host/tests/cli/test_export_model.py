@@ -10,7 +10,7 @@ from synthetic_bsdf import distribution, lambert_and_mirror, sphere_points
 from gonio.cli import main
 from gonio.dataset.bsdf import Dataset
 from gonio.dataset.nexus import write_dataset
-from gonio.formats.window_reader import read
+from gonio.formats.window.read import read
 
 
 @pytest.fixture(scope="module")

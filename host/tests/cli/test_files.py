@@ -9,7 +9,7 @@ from typing import NoReturn
 import pytest
 
 from gonio.cli import main
-from gonio.formats.window_reader import read
+from gonio.formats.window.read import read
 
 ROOT = Path(__file__).parents[3]
 NIST = ROOT / "docs" / "examples" / "nist_ptfe" / "PTFE.data.csv"

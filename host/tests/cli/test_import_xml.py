@@ -11,9 +11,10 @@ from wild_xml import SMALL, klems_xml
 from gonio.cli.main import run
 from gonio.dataset.bsdf import Distribution, Side
 from gonio.dataset.nexus import read_dataset
-from gonio.formats import validity, window_dataset
-from gonio.formats.klems import BASES
-from gonio.formats.window_reader import OLD_BASES, read
+from gonio.formats import validity
+from gonio.formats.window import dataset as window_dataset
+from gonio.formats.window.klems import BASES
+from gonio.formats.window.read import OLD_BASES, read
 from gonio.geometry.directions import unit_from_angles_deg
 
 SEATEX = Path(__file__).parents[1] / "data" / "window_xml" / "46016_SEATEX_Midnight.xml"

@@ -14,8 +14,10 @@ from wild_xml import SMALL, klems_xml
 from gonio.cli.main import run
 from gonio.dataset.nexus import write_dataset
 from gonio.dataset.scattering import Bsdf, FloatArray, IndexArray, Origin
-from gonio.formats import asked_table, asking, csv_points, pab_write, validity
+from gonio.formats import asked_table, asking, validity
 from gonio.formats.asking import Reason, ask
+from gonio.formats.pab import write as pab_write
+from gonio.formats.tables import csv_write as csv_points
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.units.errors import UsageError
 

@@ -11,10 +11,10 @@ from gonio.cli.main import run
 from gonio.cli.sources import kind_of, open_bsdf
 from gonio.dataset.bsdf import Dataset, Distribution, Side
 from gonio.dataset.nexus import read_dataset, write_dataset
-from gonio.formats import klems_model
-from gonio.formats.klems import BASES
-from gonio.formats.klems_scattering import KlemsScattering
 from gonio.formats.tensor.write import write_tensor
+from gonio.formats.window import from_model as klems_model
+from gonio.formats.window.klems import BASES
+from gonio.formats.window.scattering import KlemsScattering
 from gonio.geometry.directions import unit_from_angles_deg
 
 QUARTER = BASES["klems-quarter"]

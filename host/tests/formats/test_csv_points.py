@@ -12,7 +12,8 @@ from synthetic_bsdf import lambert_and_mirror
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.dataset.effects import effect_of
 from gonio.dataset.uncertainty import combined_u_per_sr
-from gonio.formats import csv_points, csv_read
+from gonio.formats.tables import csv_read
+from gonio.formats.tables import csv_write as csv_points
 from gonio.units.errors import UsageError
 
 ANGLES = "theta_i_deg,phi_i_deg,theta_s_deg,phi_s_deg"

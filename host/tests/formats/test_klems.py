@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gonio.formats.klems import (
+from gonio.formats.window.klems import (
     BASES,
     KlemsBasis,
     basis_from_rings,

@@ -15,10 +15,12 @@ from test_window_judges import radiance, window
 
 from benchmarks.models.samples import RetroCoating
 from gonio.dataset.scattering import Bsdf, FloatArray, IndexArray, MeasuredIntegral, Origin
-from gonio.formats import klems_cells, klems_model, validate
-from gonio.formats.klems import BASES
-from gonio.formats.klems_matrices import counted
-from gonio.formats.window_reader import read
+from gonio.formats import validate
+from gonio.formats.window import cells_table as klems_cells
+from gonio.formats.window import from_model as klems_model
+from gonio.formats.window.klems import BASES
+from gonio.formats.window.matrices import counted
+from gonio.formats.window.read import read
 from gonio.units.errors import CheckFailed, UsageError
 
 QUARTER = BASES["klems-quarter"]

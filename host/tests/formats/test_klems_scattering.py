@@ -11,9 +11,9 @@ from gonio.dataset.bsdf import Side
 from gonio.dataset.scattering import Bsdf, FloatArray, Origin
 from gonio.formats import validity
 from gonio.formats.findings import Findings
-from gonio.formats.klems import BASES
-from gonio.formats.klems_scattering import KlemsScattering, bsdf_of, window_bsdf
-from gonio.formats.window_reader import WindowBsdf
+from gonio.formats.window.klems import BASES
+from gonio.formats.window.read import WindowBsdf
+from gonio.formats.window.scattering import KlemsScattering, bsdf_of, window_bsdf
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.units.errors import UsageError
 

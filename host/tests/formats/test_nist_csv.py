@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from gonio.dataset.bsdf import Distribution, PointFlag
-from gonio.formats import nist_csv, validate, window_xml
-from gonio.formats.klems import BASES
-from gonio.formats.patch_average import hemisphere_profile
+from gonio.formats import validate
+from gonio.formats.tables import nist as nist_csv
+from gonio.formats.window import write as window_xml
+from gonio.formats.window.klems import BASES
+from gonio.formats.window.patch_average import hemisphere_profile
 from gonio.reduce.imported import reduce_dataset
 from gonio.units.errors import UsageError
 

@@ -16,7 +16,7 @@ import pytest
 from synthetic_bsdf import distribution, sphere_points, spiral_about
 
 from gonio.dataset.bsdf import Dataset
-from gonio.formats import pab_write
+from gonio.formats.pab import write as pab_write
 from gonio.geometry.directions import angle_between_deg, unit_from_angles_deg
 
 pytestmark = pytest.mark.judge

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gonio.dataset.bsdf import Distribution
-from gonio.formats import pab_dataset
+from gonio.formats.pab import dataset as pab_dataset
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.units.errors import UsageError
 

@@ -12,7 +12,8 @@ from synthetic_bsdf import distribution, lobe_per_sr, sphere_points
 
 from gonio.dataset.bsdf import Dataset
 from gonio.dataset.nexus import read_dataset, write_dataset
-from gonio.formats import pab_dataset, pab_write
+from gonio.formats.pab import dataset as pab_dataset
+from gonio.formats.pab import write as pab_write
 from gonio.units.errors import UsageError
 
 SETTINGS = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

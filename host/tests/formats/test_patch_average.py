@@ -5,8 +5,8 @@ import pytest
 from synthetic_bsdf import distribution, lambert_and_mirror, lobe_per_sr, sphere_points, spiral_about
 
 from gonio.dataset.bsdf import Distribution, PointFlag
-from gonio.formats.klems import BASES
-from gonio.formats.patch_average import hemisphere_profile
+from gonio.formats.window.klems import BASES
+from gonio.formats.window.patch_average import hemisphere_profile
 from gonio.geometry.directions import unit_from_angles_deg
 
 FULL = BASES["klems-full"]

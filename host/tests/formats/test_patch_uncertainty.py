@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from synthetic_bsdf import distribution, lambert_and_mirror, lobe_per_sr, sphere_points, spiral_about
 
 from gonio.dataset.bsdf import Dataset, Distribution
-from gonio.formats import patch_table, window_xml
-from gonio.formats.klems import BASES
-from gonio.formats.klems_matrices import build
-from gonio.formats.patch_average import HemisphereProfile, hemisphere_profile, mean_profile
-from gonio.formats.patch_uncertainty import PatchUncertainty
+from gonio.formats.window import patch_table
+from gonio.formats.window import write as window_xml
+from gonio.formats.window.klems import BASES
+from gonio.formats.window.matrices import build
+from gonio.formats.window.patch_average import HemisphereProfile, hemisphere_profile, mean_profile
+from gonio.formats.window.patch_uncertainty import PatchUncertainty
 from gonio.units.errors import CheckFailed
 
 BASIS = BASES["klems-half"]

@@ -12,11 +12,11 @@ from scipy.stats import qmc
 
 from benchmarks.models.samples import RetroCoating
 from gonio.dataset.scattering import Features, FloatArray, IndexArray, Origin
-from gonio.formats.klems import BASES, KlemsBasis, basis_from_rings, direction_of_patch_deg, to_radiance_deg
 from gonio.formats.patches import pairs, turned
 from gonio.formats.patches.average import average, patch_matrices
 from gonio.formats.patches.hemispheres import Component
 from gonio.formats.patches.rules import gauss, kronrod, moments_of_parts
+from gonio.formats.window.klems import BASES, KlemsBasis, basis_from_rings, direction_of_patch_deg, to_radiance_deg
 from gonio.geometry.directions import unit_from_angles_deg
 
 FULL, QUARTER = BASES["klems-full"], BASES["klems-quarter"]

@@ -8,11 +8,11 @@ import pytest
 
 from benchmarks.models.samples import RetroCoating
 from gonio.dataset.scattering import Bsdf, MeasuredIntegral
-from gonio.formats import klems_model
-from gonio.formats.klems import BASES
 from gonio.formats.solar.spectra import spectrum_named
 from gonio.formats.solar.weighted import with_solar
 from gonio.formats.solar.weights import bands_of, solar_weights
+from gonio.formats.window import from_model as klems_model
+from gonio.formats.window.klems import BASES
 from gonio.units.errors import UsageError
 
 

@@ -12,10 +12,10 @@ from gonio.cli.main import run
 from gonio.dataset.scattering import FloatArray
 from gonio.formats import validity
 from gonio.formats.findings import Findings
-from gonio.formats.klems import BASES, basis_from_rings
 from gonio.formats.validate import validate
 from gonio.formats.validate.document import Profile
 from gonio.formats.validate.klems_values import opposite_patches, residual_of
+from gonio.formats.window.klems import BASES, basis_from_rings
 
 Matrices = dict[tuple[str, str, str], FloatArray]
 FULL = BASES["klems-full"]

@@ -13,10 +13,10 @@ from lopsided_sample import exact_matrices
 from wild_xml import SMALL, klems_xml
 
 from gonio.dataset.scattering import FloatArray
-from gonio.formats.klems import BASES, KlemsBasis
-from gonio.formats.klems_scattering import window_bsdf
 from gonio.formats.validate import validate
-from gonio.formats.window_reader import OLD_BASES, WindowBsdf, read
+from gonio.formats.window.klems import BASES, KlemsBasis
+from gonio.formats.window.read import OLD_BASES, WindowBsdf, read
+from gonio.formats.window.scattering import window_bsdf
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.units.errors import UsageError
 

@@ -10,9 +10,9 @@ from test_wild_klems import radiance, run
 from gonio.cli.main import run as gonio
 from gonio.dataset.bsdf import Dataset, Side
 from gonio.dataset.nexus import read_dataset
+from gonio.formats.tensor.dataset import read_dataset as tree_dataset
 from gonio.formats.tensor.read import read_tensor
 from gonio.formats.tensor.write import write_tensor
-from gonio.formats.tree_dataset import read_dataset as tree_dataset
 from gonio.formats.validate import validate
 from gonio.geometry.directions import unit_from_angles_deg
 

@@ -16,9 +16,9 @@ import xmlschema
 from synthetic_bsdf import distribution, lambert_and_mirror, lobe_per_sr, sphere_points, spiral_about
 
 from gonio.dataset.bsdf import Dataset
-from gonio.formats import window_xml
-from gonio.formats.klems import BASES
-from gonio.formats.klems_matrices import BANDS, KlemsMatrices, build
+from gonio.formats.window import write as window_xml
+from gonio.formats.window.klems import BASES
+from gonio.formats.window.matrices import BANDS, KlemsMatrices, build
 
 pytestmark = pytest.mark.judge
 

@@ -10,7 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from synthetic_bsdf import lambert_and_mirror
 
-from gonio.formats import validate, window_xml, xml_guard
+from gonio.formats import validate, xml_guard
+from gonio.formats.window import write as window_xml
 from gonio.units.errors import UsageError
 
 SEATEX = Path(__file__).parents[1] / "data" / "window_xml" / "46016_SEATEX_Midnight.xml"

@@ -7,9 +7,10 @@ import pytest
 from synthetic_bsdf import distribution, lambert_and_mirror, lobe_per_sr, sphere_points, spiral_about
 
 from gonio.dataset.bsdf import Dataset
-from gonio.formats import validate, window_xml
-from gonio.formats.klems import direction_of_patch_deg, incident_place, process_of, to_radiance_deg
-from gonio.formats.klems_matrices import BANDS, PROCESSES, SIDES, build
+from gonio.formats import validate
+from gonio.formats.window import write as window_xml
+from gonio.formats.window.klems import direction_of_patch_deg, incident_place, process_of, to_radiance_deg
+from gonio.formats.window.matrices import BANDS, PROCESSES, SIDES, build
 from gonio.units.errors import CheckFailed, UsageError
 
 

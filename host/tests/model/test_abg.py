@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from gonio.dataset.scattering import Bsdf
-from gonio.formats.klems import BASES
 from gonio.formats.patches.average import patch_matrices
+from gonio.formats.window.klems import BASES
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.model.analytic import AnalyticScattering, Component, fit_family
 from gonio.model.analytic.abg import distance

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from signature_scene import circles, distribution, spiral
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
-from gonio.formats import nist_csv
+from gonio.formats.tables import nist as nist_csv
 from gonio.geometry.directions import angle_between_deg, angles_deg_from_unit, tangent_frame, unit_from_angles_deg
 from gonio.reduce.imported import reduce_dataset
 from gonio.reduce.integrals.cones import cone, cone_solid_angle_sr

@@ -13,7 +13,7 @@ from page_outline import Outline
 from synthetic_bsdf import distribution, lambert_and_mirror, lobe_per_sr, sphere_points, spiral_about, with_evaluation
 
 from gonio.dataset.bsdf import Dataset, PointFlag
-from gonio.formats import nist_csv
+from gonio.formats.tables import nist as nist_csv
 from gonio.reduce.imported import reduce_dataset
 from gonio.report.html import render, write_report
 

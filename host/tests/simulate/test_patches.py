@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from gonio.cli import main
 from gonio.dataset.bsdf import Side
 from gonio.dataset.nexus import read_dataset
-from gonio.formats import window_reader
-from gonio.formats.klems import BASES, KlemsBasis
-from gonio.formats.klems_matrices import PROCESSES, SIDES, build
+from gonio.formats.window import read as window_reader
+from gonio.formats.window.klems import BASES, KlemsBasis
+from gonio.formats.window.matrices import PROCESSES, SIDES, build
 from gonio.simulate.patches import SimulatedMatrices, shares_of, simulate_matrices
 from gonio.simulate.progress import PhotonProgress
 from gonio.simulate.readings import BALANCE, Part

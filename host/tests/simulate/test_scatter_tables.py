@@ -8,7 +8,7 @@ import pytest
 from gonio.cli import main
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.dataset.nexus import read_dataset, write_dataset
-from gonio.formats import window_reader
+from gonio.formats.window import read as window_reader
 from gonio.geometry.cells import solid_angles_sr
 from gonio.geometry.directions import angles_deg_from_unit, unit_from_angles_deg
 from gonio.simulate.directions import rings

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Distribution, Side
 from gonio.dataset.scattering import Bsdf, Features, FloatArray, IndexArray, Origin
-from gonio.formats.klems import KlemsBasis, LightSide, Process
-from gonio.formats.klems_matrices import PROCESSES, SIDES
+from gonio.formats.window.klems import KlemsBasis, LightSide, Process
+from gonio.formats.window.matrices import PROCESSES, SIDES
 from gonio.geometry.directions import unit_from_angles_deg
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from gonio.dataset.scattering import FloatArray
-from gonio.formats.klems import BASES, KlemsBasis
+from gonio.formats.window.klems import BASES, KlemsBasis
 
 SMALL = BASES["klems-quarter"]  # quick to write and to read
 

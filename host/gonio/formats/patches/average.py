@@ -10,9 +10,9 @@ import numpy as np
 
 from gonio.dataset.bsdf import Side, Symmetry
 from gonio.dataset.scattering import FloatArray, IndexArray, Scattering
-from gonio.formats.klems import KlemsBasis, LightSide, Process
 from gonio.formats.patches import pairs, turned
 from gonio.formats.patches.hemispheres import Component
+from gonio.formats.window.klems import KlemsBasis, LightSide, Process
 
 TOLERANCE = 1e-4  # of a column's sum
 Key = tuple[Process, LightSide]

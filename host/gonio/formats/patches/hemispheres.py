@@ -6,7 +6,7 @@ import numpy as np
 
 from gonio.dataset.bsdf import Side
 from gonio.dataset.scattering import FloatArray, IndexArray, Scattering
-from gonio.formats.klems import LightSide, Process
+from gonio.formats.window.klems import LightSide, Process
 from gonio.units.errors import UsageError
 
 _MOST_AT_ONCE = 1_000_000  # directions in one call

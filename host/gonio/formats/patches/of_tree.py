@@ -10,9 +10,9 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array
 
 from gonio.dataset.scattering import FloatArray, IndexArray
-from gonio.formats.klems import KlemsBasis
 from gonio.formats.patches import shares, turned
 from gonio.formats.tensor.flat import FlatTree
+from gonio.formats.window.klems import KlemsBasis
 
 _LEAST_POINTS = 11  # levels of the grid of points
 _POINTS_IN_CELL = 2  # levels of it within a cell of the finest level

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gonio.dataset.scattering import FloatArray
-from gonio.formats.klems import KlemsBasis
+from gonio.formats.window.klems import KlemsBasis
 
 
 def overlaps_sr(old: KlemsBasis, new: KlemsBasis) -> FloatArray:

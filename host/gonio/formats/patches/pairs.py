@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gonio.dataset.scattering import FloatArray, IndexArray
-from gonio.formats.klems import KlemsBasis
 from gonio.formats.patches.hemispheres import Component
 from gonio.formats.patches.outgoing import Base, BoolArray
 from gonio.formats.patches.rules import NODES, gauss, last_modes
+from gonio.formats.window.klems import KlemsBasis
 
 _MOST_LEVELS = 10
 _POLE_SECTORS = 6  # that a patch all round is divided in

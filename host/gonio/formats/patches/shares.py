@@ -6,8 +6,8 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array
 
 from gonio.dataset.scattering import FloatArray, IndexArray
-from gonio.formats.klems import KlemsBasis
 from gonio.formats.tensor.square import disc_from_square
+from gonio.formats.window.klems import KlemsBasis
 
 _BALANCINGS = 100  # rounds that bring rows and columns of the shares to their sums
 

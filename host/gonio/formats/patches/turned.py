@@ -13,10 +13,10 @@ from functools import cache
 import numpy as np
 
 from gonio.dataset.scattering import FloatArray, IndexArray
-from gonio.formats.klems import KlemsBasis
 from gonio.formats.patches.hemispheres import Component
 from gonio.formats.patches.outgoing import Base, integrate
 from gonio.formats.patches.rules import gauss, kronrod, moments_of_parts
+from gonio.formats.window.klems import KlemsBasis
 
 BINS = 480
 _SECTOR = 32  # bins of a first cell; halved down to one bin and on

@@ -6,8 +6,6 @@ import numpy as np
 
 from gonio.dataset.bsdf import Side
 from gonio.dataset.scattering import Bsdf, Scattering
-from gonio.formats.klems_matrices import SIDES
-from gonio.formats.klems_scattering import KlemsScattering
 from gonio.formats.tensor.cells import CellIntegrator
 from gonio.formats.tensor.choose import Offered, choose
 from gonio.formats.tensor.chromaticity import chromaticity
@@ -19,6 +17,8 @@ from gonio.formats.tensor.leaves import Leaves, averaged, negatives_to_zero
 from gonio.formats.tensor.measure import like_radiance, mixed
 from gonio.formats.tensor.piecewise import PiecewiseIntegrator
 from gonio.formats.tensor.text import foreseen_sizes, rendered
+from gonio.formats.window.matrices import SIDES
+from gonio.formats.window.scattering import KlemsScattering
 from gonio.units.errors import UsageError
 
 Key = tuple[str, Component]  # <Wavelength> and component

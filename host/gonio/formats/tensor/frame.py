@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Side
 from gonio.dataset.scattering import Scattering
-from gonio.formats.klems import LightSide, Process
 from gonio.formats.tensor.square import IndexArray, cell_points, on_diagonal, square_from_disc
+from gonio.formats.window.klems import LightSide, Process
 from gonio.units.errors import UsageError
 
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,8 @@ def material_text(xml: Path, *, view_through: bool) -> bytes:
     name = re.sub(r"[^A-Za-z0-9_]", "_", xml.stem) or "sample"
     lines = [
         f"# How to use {xml.name}. A surface's normal points into the room (Radiance's +z of the BSDF);",
-        "# the three numbers behind the file are its up direction, here z. BSDF has a thickness before: 0 is none.",
+        "# the three numbers behind the file are its up direction, here z: where a surface lies, its normal is z, take",
+        "# another. BSDF has a thickness before the file: 0 is none.",
         "",
         f"void BSDF {name}",
         f"6 0 {xml.name} 0 0 1 .",

@@ -17,12 +17,12 @@ from scipy.sparse import csr_array
 
 from gonio.dataset.bsdf import Side
 from gonio.dataset.scattering import FloatArray, IndexArray
-from gonio.formats.klems import KlemsBasis
-from gonio.formats.klems_scattering import KlemsScattering
 from gonio.formats.patches import shares
 from gonio.formats.tensor.cells import CellSums, ErrorWeight
 from gonio.formats.tensor.frame import Component
 from gonio.formats.tensor.square import cell_points, distinct
+from gonio.formats.window.klems import KlemsBasis
+from gonio.formats.window.scattering import KlemsScattering
 
 _ROWS_AT_ONCE = 256
 _POINTS_LEVELS = 11

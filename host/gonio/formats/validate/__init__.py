@@ -10,7 +10,7 @@ from gonio.formats.findings import Findings
 from gonio.formats.tensor.read import is_tensor
 from gonio.formats.validate import document, klems_values, tree
 from gonio.formats.validate.document import Profile
-from gonio.formats.window_reader import read
+from gonio.formats.window.read import read
 from gonio.units.errors import UsageError
 
 __all__ = ["Profile", "validate"]

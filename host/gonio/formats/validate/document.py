@@ -9,8 +9,8 @@ from typing import Literal
 import xmlschema
 
 from gonio.formats.findings import Findings
-from gonio.formats.klems import BASES
-from gonio.formats.window_reader import WindowBsdf
+from gonio.formats.window.klems import BASES
+from gonio.formats.window.read import WindowBsdf
 
 Profile = Literal["window", "radiance"]
 Grave = Literal["error", "note"]

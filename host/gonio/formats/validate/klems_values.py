@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.formats import validity
-from gonio.formats.klems import KlemsBasis
-from gonio.formats.klems_matrices import BANDS, PROCESSES, SIDES, Band
 from gonio.formats.validate.document import Profile, graver_for_window
-from gonio.formats.window_reader import WindowBsdf
+from gonio.formats.window.klems import KlemsBasis
+from gonio.formats.window.matrices import BANDS, PROCESSES, SIDES, Band
+from gonio.formats.window.read import WindowBsdf
 
 ENERGY_TOLERANCE = 1e-4  # files carry about six digits
 FloatArray = NDArray[np.float64]

@@ -190,7 +190,7 @@ def _findings(tests: list[dict[str, Any]], component: Component, at_deg: FloatAr
     worst = int(np.argmax(np.abs(np.log(np.maximum(factor, 1e-9)))))
     if abs(factor[worst] - 1.0) > _FAR_OFF:
         found.append(
-            f"the fit's integral had to be multiplied by {factor[worst]:.3f} at {at_deg[worst]:g} degrees to give the "
+            f"the fit's integral had to be multiplied by {factor[worst]:.4g} at {at_deg[worst]:g} degrees to give the "
             "measured one: the family does not describe the points, or the values are of something else"
         )
     return found

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import Delaunay, QhullError
 
 from gonio.dataset.scattering import Origin
 from gonio.model.hemisphere import disc_from_unit
@@ -102,8 +103,6 @@ class Triangles:
         return np.asarray((distance < 1e-6) | bulge)
 
     def _triangulate(self) -> IndexArray:
-        from scipy.spatial import Delaunay, QhullError  # noqa: PLC0415 - slow to load; isotropic samples need none
-
         nothing = np.zeros((0, 3), dtype=np.int64)
         if len(self.disc) < 3:
             return nothing

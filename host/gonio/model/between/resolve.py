@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from gonio.model.between.mesh import Line, Stencil, Triangles
 from gonio.model.between.scheme import Scheme
 from gonio.model.between.tracks import FOLLOWS, Lobes, Matcher, Matches, Tracks, track
 from gonio.model.grid_fit import grid_at
 from gonio.model.hemisphere import Follows, disc_from_unit, ideal
-from gonio.model.monotone_cubic import monotone_cubic
 from gonio.model.nodes.coverage import BEYOND, look_up
 from gonio.model.nodes.frames import along_tangents, level_axes, symmetric_function, tangents
 from gonio.model.nodes.node import Node
@@ -238,9 +238,9 @@ class Resolver:
             else:
                 s = np.clip(at[rows], knots[0], knots[-1])
                 values = (
-                    monotone_cubic(knots, self._log_peak[own, t], s),
-                    monotone_cubic(knots, self._offset[own, t], s),
-                    monotone_cubic(knots, self._log_covariance[own, t], s),
+                    PchipInterpolator(knots, self._log_peak[own, t])(s),
+                    PchipInterpolator(knots, self._offset[own, t])(s),
+                    PchipInterpolator(knots, self._log_covariance[own, t])(s),
                 )
             log_peak[rows], offset[rows], log_covariance[rows] = values
         return log_peak, offset, log_covariance

@@ -9,8 +9,8 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
-from gonio.model.assignment import assigned
 from gonio.model.hemisphere import Follows, ideal
 from gonio.model.nodes.frames import level_axes, tangents
 from gonio.model.nodes.node import Node
@@ -103,7 +103,8 @@ def match(a: Lobes, b: Lobes) -> list[tuple[float, int, int]]:
     full[:n, m:] = np.where(np.eye(n, dtype=bool), _UNMATCHED / 2.0, 1e6)
     full[n:, :m] = np.where(np.eye(m, dtype=bool), _UNMATCHED / 2.0, 1e6)
     full[n:, m:] = 0.0
-    return [(float(cost[i, j]), i, int(j)) for i, j in enumerate(assigned(full)) if i < n and j < m]
+    pairs = zip(*linear_sum_assignment(full), strict=True)
+    return [(float(cost[i, j]), int(i), int(j)) for i, j in pairs if i < n and j < m]
 
 
 def track(nodes: list[Lobes], edges: IndexArray, matches: Matches) -> Tracks:

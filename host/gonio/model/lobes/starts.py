@@ -55,7 +55,7 @@ class Standing:
         steps = 1.05 * np.abs(self.left[first + 1] - self.left[first])  # 1.48 / sqrt 2: standard deviation of one
         everywhere = float(np.median(steps))
         share = float(np.median(steps / np.maximum(self.level[first], 1e-300)))
-        return np.minimum(share * self.level, 3.0 * everywhere)
+        return np.asarray(np.minimum(share * self.level, 3.0 * everywhere))
 
 
 def starts_of(found: Found, standing: Standing, given_up: list[Start]) -> list[Start]:

@@ -11,7 +11,7 @@ from benchmarks.sim import klems, photon_map
 from benchmarks.sim.directions import even_directions
 from benchmarks.sim.louver import Louver
 from benchmarks.sim.scene import PORT_OUTSIDE_MM, Beam
-from gonio.formats.klems import BASES
+from gonio.formats.window.klems import BASES
 from gonio.simulate import _photons
 
 pytestmark = pytest.mark.judge

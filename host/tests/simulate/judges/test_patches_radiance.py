@@ -10,7 +10,7 @@ import pytest
 from mirror_slats import SLATS
 
 from gonio.cli import main
-from gonio.formats.klems import BASES
+from gonio.formats.window.klems import BASES
 
 pytestmark = pytest.mark.judge
 

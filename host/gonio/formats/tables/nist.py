@@ -1,4 +1,4 @@
-"""nist_csv.py: reads BRDF tables as NIST published them for sintered PTFE (Germer 2017), and writes such tables."""
+"""nist.py: reads BRDF tables as NIST published them for sintered PTFE (Germer 2017), and writes such tables."""
 
 import csv
 import hashlib
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.formats import atomic, xml_guard
-from gonio.formats.raw_signal import refuse_raw
+from gonio.formats.pab.raw_signal import refuse_raw
 from gonio.formats.text_numbers import exact_deg, fold_deg, rounding_variance, shortest
 from gonio.units.errors import UsageError
 

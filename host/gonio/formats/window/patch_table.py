@@ -6,7 +6,7 @@ import io
 import numpy as np
 
 from gonio.dataset.effects import effect_of
-from gonio.formats.klems_matrices import KlemsMatrices
+from gonio.formats.window.matrices import KlemsMatrices
 
 COLUMNS = (
     "band",

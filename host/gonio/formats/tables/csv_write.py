@@ -1,4 +1,4 @@
-"""csv_points.py: writes the points of a dataset as one plain table, explained in comment lines (csv_read.py reads)."""
+"""csv_write.py: writes the points of a dataset as one plain table, explained in comment lines (csv_read.py reads)."""
 
 import csv
 import io
@@ -11,7 +11,7 @@ import numpy as np
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag
 from gonio.dataset.uncertainty import combined_u_per_sr
 from gonio.formats import atomic
-from gonio.formats.raw_signal import refuse_raw
+from gonio.formats.pab.raw_signal import refuse_raw
 from gonio.formats.text_numbers import shortest
 from gonio.units.errors import UsageError
 

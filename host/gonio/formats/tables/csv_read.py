@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import MASKED, Dataset, Distribution, PointFlag, Polarisation, Side, Symmetry
-from gonio.formats.csv_points import FIELDS
+from gonio.formats.tables.csv_write import FIELDS
 from gonio.formats.text_numbers import fold_deg, lines_of, rounding_variance
 from gonio.formats.xml_guard import read_limited
 from gonio.units.errors import UsageError

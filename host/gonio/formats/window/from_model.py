@@ -1,4 +1,4 @@
-"""klems_model.py: the matrices of a WINDOW file from whatever answers in any direction: averages over both patches."""
+"""from_model.py: the matrices of a WINDOW file from whatever answers in any direction: averages over both patches."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -10,9 +10,15 @@ from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Side
 from gonio.dataset.scattering import Bsdf, FloatArray, Origin, Scattering
-from gonio.formats import atomic, klems_cells, klems_energy, validity, window_xml
-from gonio.formats.klems import KlemsBasis, basis_named
-from gonio.formats.klems_matrices import (
+from gonio.formats import atomic, validity
+from gonio.formats.patches.average import TOLERANCE, Key, PatchMatrices, average
+from gonio.formats.patches.hemispheres import Component
+from gonio.formats.solar.weighted import Weighted
+from gonio.formats.window import cells_table as klems_cells
+from gonio.formats.window import energy as klems_energy
+from gonio.formats.window import write as window_xml
+from gonio.formats.window.klems import KlemsBasis, basis_named
+from gonio.formats.window.matrices import (
     BANDS,
     MODELLED,
     PROCESSES,
@@ -23,9 +29,6 @@ from gonio.formats.klems_matrices import (
     clip,
     empty_set,
 )
-from gonio.formats.patches.average import TOLERANCE, Key, PatchMatrices, average
-from gonio.formats.patches.hemispheres import Component
-from gonio.formats.solar.weighted import Weighted
 from gonio.units.errors import UsageError
 
 _PROBE = 0.5 / np.sqrt(3.0)  # from a patch's middle, in its widths: where the origin of a cell is asked for

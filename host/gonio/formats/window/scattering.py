@@ -1,4 +1,4 @@
-"""klems_scattering.py: Klems matrices of a WINDOW file as a BSDF in any direction, constant in each pair of patches."""
+"""scattering.py: Klems matrices of a WINDOW file as a BSDF in any direction, constant in each pair of patches."""
 
 import hashlib
 from dataclasses import dataclass
@@ -11,10 +11,10 @@ from gonio.dataset.bsdf import Side
 from gonio.dataset.scattering import Bsdf, Features, FloatArray, IndexArray, Origin
 from gonio.formats import validity
 from gonio.formats.findings import Findings
-from gonio.formats.klems import LightSide, process_of
-from gonio.formats.klems_matrices import Band
 from gonio.formats.validity import Validity
-from gonio.formats.window_reader import READ_BANDS, WindowBsdf, read
+from gonio.formats.window.klems import LightSide, process_of
+from gonio.formats.window.matrices import Band
+from gonio.formats.window.read import READ_BANDS, WindowBsdf, read
 from gonio.units.errors import UsageError
 
 _EXTERIOR_TO_RADIANCE = np.array([-1.0, 1.0, -1.0])  # the sample is turned about y

@@ -1,12 +1,12 @@
-"""klems_energy.py: no incident patch of a model's matrices may send out more light than it receives."""
+"""energy.py: no incident patch of a model's matrices may send out more light than it receives."""
 
 import numpy as np
 
 from gonio.dataset.scattering import FloatArray, IndexArray, MeasuredIntegral
 from gonio.formats.findings import Findings
-from gonio.formats.klems import KlemsBasis, LightSide
-from gonio.formats.klems_matrices import PROCESSES, Band, MatrixSet
 from gonio.formats.patches.hemispheres import Component
+from gonio.formats.window.klems import KlemsBasis, LightSide
+from gonio.formats.window.matrices import PROCESSES, Band, MatrixSet
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.units.errors import CheckFailed
 

@@ -1,4 +1,4 @@
-"""tree_dataset.py: a dataset from a tensor tree: at given incident directions, a point per cell of outgoing ones."""
+"""dataset.py: a dataset from a tensor tree: at given incident directions, a point per cell of outgoing ones."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from gonio.dataset.bsdf import Distribution
-from gonio.formats.klems import KlemsBasis
-from gonio.formats.patch_noise import PatchNoise, joined, of_cells
+from gonio.formats.window.klems import KlemsBasis
+from gonio.formats.window.patch_noise import PatchNoise, joined, of_cells
 from gonio.geometry.directions import unit_from_angles_deg
 
 FloatArray = NDArray[np.float64]

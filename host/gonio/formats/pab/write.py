@@ -1,4 +1,4 @@
-"""pab_write.py: writes a dataset as pab text, a file per incident direction and pair of hemispheres, for pabopto2bsdf.
+"""write.py: writes a dataset as pab text, a file per incident direction and pair of hemispheres, for pabopto2bsdf.
 
 Angles are in Radiance's frame (+z into the room, +y up: #upphi 90); a sample whose front faces the exterior is turned
 about y and the file says so. Leave pabopto2bsdf's -t away: it would turn once more, and with #upphi 90 upside down.
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Distribution, Side
 from gonio.formats import atomic
-from gonio.formats.pab import BSDF_WORDS, OUR_UP_DEG
-from gonio.formats.pab_dataset import FORMAT, UNSTATED_UNIT, XYZ_CHANNELS
+from gonio.formats.pab.dataset import FORMAT, UNSTATED_UNIT, XYZ_CHANNELS
+from gonio.formats.pab.text import BSDF_WORDS, OUR_UP_DEG
 from gonio.formats.text_numbers import cosine, exact_deg, fifteen_digits, fold_deg, shortest
 from gonio.units.errors import UsageError
 from gonio.units.version import gonio_version

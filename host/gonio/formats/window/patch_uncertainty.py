@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gonio.formats.patch_average import PatchValues
+from gonio.formats.window.patch_average import PatchValues
 
 FloatArray = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""klems_cells.py: every cell of a model's matrices with its value and origin as a table, beside the WINDOW file that
+"""cells_table.py: every cell of a model's matrices with its value and origin as a table, beside the WINDOW file that
 has no place for it."""
 
 import csv
@@ -7,7 +7,7 @@ import io
 import numpy as np
 
 from gonio.dataset.scattering import Origin
-from gonio.formats.klems_matrices import KlemsMatrices
+from gonio.formats.window.matrices import KlemsMatrices
 
 COLUMNS = (
     "band",

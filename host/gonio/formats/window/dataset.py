@@ -1,4 +1,4 @@
-"""window_dataset.py: a dataset from a WINDOW file: one distribution per incident patch, a point per outgoing patch."""
+"""dataset.py: a dataset from a WINDOW file: one distribution per incident patch, a point per outgoing patch."""
 
 from pathlib import Path
 
@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag, Side
-from gonio.formats.klems import KlemsBasis, LightSide, Process, to_radiance_deg
-from gonio.formats.klems_matrices import PROCESSES, SIDES, Band
-from gonio.formats.klems_scattering import KlemsScattering, bsdf_of
-from gonio.formats.window_reader import WindowBsdf, read
+from gonio.formats.window.klems import KlemsBasis, LightSide, Process, to_radiance_deg
+from gonio.formats.window.matrices import PROCESSES, SIDES, Band
+from gonio.formats.window.read import WindowBsdf, read
+from gonio.formats.window.scattering import KlemsScattering, bsdf_of
 from gonio.units.errors import UsageError
 
 FloatArray = NDArray[np.float64]

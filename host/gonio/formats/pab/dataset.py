@@ -1,4 +1,4 @@
-"""pab_dataset.py: a dataset from files of pab text: hemispheres and scans of one incident direction joined, normalised.
+"""dataset.py: a dataset from files of pab text: hemispheres and scans of one incident direction joined, normalised.
 
 A value that is no DSF or BSDF (a photocurrent, say) stays a raw signal in its unit until P_i is known: from a scan of
 the free beam or as declared.
@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Distribution, PointFlag, Polarisation, Side, Symmetry
-from gonio.formats.free_beam import FreeBeam, free_beam
-from gonio.formats.pab import PabFile, read_file
+from gonio.formats.pab.free_beam import FreeBeam, free_beam
+from gonio.formats.pab.text import PabFile, read_file
 from gonio.formats.text_numbers import cosine, exact_deg, fold_deg, rounding_variance
 from gonio.units.errors import UsageError
 

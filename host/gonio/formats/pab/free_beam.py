@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from gonio.dataset.bsdf import Distribution, PointFlag
-from gonio.formats.pab import PabFile
+from gonio.formats.pab.text import PabFile
 from gonio.geometry.cells import covered_cells_sr
 from gonio.geometry.directions import angles_deg_from_unit, tangent_frame, unit_from_angles_deg
 from gonio.units.errors import UsageError

@@ -1,4 +1,4 @@
-"""window_reader.py: reads WINDOW XML with Klems matrices as found in the wild; what is odd becomes a finding."""
+"""read.py: reads WINDOW XML with Klems matrices as found in the wild; what is odd becomes a finding."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from gonio.formats import xml_guard
 from gonio.formats.findings import Findings
-from gonio.formats.klems import BASES, KlemsBasis, LightSide, Process, basis_from_rings
-from gonio.formats.klems_matrices import PROCESSES, SIDES, Band
 from gonio.formats.text_numbers import rounding_variance
+from gonio.formats.window.klems import BASES, KlemsBasis, LightSide, Process, basis_from_rings
+from gonio.formats.window.matrices import PROCESSES, SIDES, Band
 from gonio.formats.xml_guard import child, children, local, text_of
 from gonio.units.errors import UsageError
 

@@ -1,4 +1,4 @@
-"""window_xml.py: writes WINDOW XML with Klems matrices, a dataset's or a model's; reading is in window_reader.py."""
+"""write.py: writes WINDOW XML with Klems matrices, a dataset's or a model's; reading is in read.py."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Polarisation, Side, Symmetry
-from gonio.formats import atomic, patch_table
-from gonio.formats.klems import KlemsBasis, LightSide, Process
-from gonio.formats.klems_matrices import PROCESSES, SIDES, Band, Fill, KlemsMatrices, build
+from gonio.formats import atomic
 from gonio.formats.validity import FRONT_SENTENCE
-from gonio.formats.window_reader import WindowBsdf, read
+from gonio.formats.window import patch_table
+from gonio.formats.window.klems import KlemsBasis, LightSide, Process
+from gonio.formats.window.matrices import PROCESSES, SIDES, Band, Fill, KlemsMatrices, build
+from gonio.formats.window.read import WindowBsdf, read
 
 __all__ = ["NAMESPACE", "ThermalValues", "WindowBsdf", "read", "render", "write"]
 

@@ -1,4 +1,4 @@
-"""klems_matrices.py: the matrices of a WINDOW file from a dataset, and which were measured, rotated, filled or zero."""
+"""matrices.py: the matrices of a WINDOW file from a dataset, and which were measured, rotated, filled or zero."""
 
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -10,10 +10,18 @@ from numpy.typing import NDArray
 from gonio.dataset.bsdf import Dataset, Distribution, Side
 from gonio.dataset.scattering import Origin
 from gonio.formats.findings import Findings
-from gonio.formats.klems import KlemsBasis, LightSide, Process, basis_named, incident_place, process_of, to_radiance_deg
-from gonio.formats.patch_average import HemisphereProfile, PatchValues, hemisphere_profile, mean_profile
-from gonio.formats.patch_uncertainty import BRIGHT, PatchUncertainty
-from gonio.formats.raw_signal import refuse_raw
+from gonio.formats.pab.raw_signal import refuse_raw
+from gonio.formats.window.klems import (
+    KlemsBasis,
+    LightSide,
+    Process,
+    basis_named,
+    incident_place,
+    process_of,
+    to_radiance_deg,
+)
+from gonio.formats.window.patch_average import HemisphereProfile, PatchValues, hemisphere_profile, mean_profile
+from gonio.formats.window.patch_uncertainty import BRIGHT, PatchUncertainty
 from gonio.units.errors import CheckFailed, UsageError
 
 FloatArray = NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""pab.py: reads one file of the "mountain" text of pab goniophotometers: a header of # lines, then theta, phi, value.
+"""text.py: reads one file of the "mountain" text of pab goniophotometers: a header of # lines, then theta, phi, value.
 
 What the header lines mean is described in the manual page of Radiance's pabopto2bsdf. Lines that are not known are kept
 as they are.

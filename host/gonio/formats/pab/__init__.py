@@ -1,0 +1,1 @@
+"""pab text: what pab goniophotometers write and Radiance's pabopto2bsdf reads."""

@@ -1,0 +1,1 @@
+"""Tables of points: CSV, and the BRDF tables that NIST publishes."""

@@ -1,0 +1,1 @@
+"""WINDOW XML with Klems matrices: bases, patch averages, reading, writing."""
