@@ -22,7 +22,7 @@ def read_dataset(path: Path, front: Side | None = None) -> tuple[Dataset, list[s
 
     Points stand at the patches' nominal centres with the patches' solid angles Omega, and DSF = B L / Omega: their sums
     are the file's, sum B L. The variance is that of rounding to the last written digit. Matrices and columns of zeros
-    that stand for nothing measured give no points. `front` as in klems_scattering.window_bsdf. Raises UsageError for a
+    that stand for nothing measured give no points. `front` as in scattering.window_bsdf. Raises UsageError for a
     file that cannot be read or holds zeros only.
     """
     window = read(path, with_rounding=True)

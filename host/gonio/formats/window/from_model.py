@@ -247,7 +247,7 @@ def _precision(band: Band, averaged: PatchMatrices, block: MatrixSet, basis: Kle
 
 
 def _by_band(bsdf: Bsdf, made: KlemsMatrices) -> dict[str, Scattering]:
-    """Channels as a reader of the file will call them (klems_scattering.channel_named)."""
+    """Channels as a reader of the file will call them (scattering.channel_named)."""
     found: dict[str, Scattering] = {
         band if band.startswith("CIE") else band.lower(): bsdf.channels[name] for band, name in made.channel_of.items()
     }

@@ -47,7 +47,7 @@ def write(
 ) -> KlemsMatrices:
     """Writes a dataset as WINDOW XML, whole or not at all; returns the matrices with their remarks.
 
-    Values are BSDF [1/sr], a row per outgoing and a column per incident patch. Options as in `klems_matrices.build`.
+    Values are BSDF [1/sr], a row per outgoing and a column per incident patch. Options as in `matrices.build`.
     `uncertainty` is a second file, of every patch's uncertainty (patch_table.py); both are written or none.
     Raises UsageError where something is undeclared or cannot be written, CheckFailed where energy exceeds 1.
     """
