@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 from bench import machine, row
-from sim import klems, photon_map, radiance
 from sim.directions import even_directions
 from sim.louver import Louver
 from sim.scene import RECEIVER_MM, Beam
 
 from gonio.formats.window.klems import BASES
+from sim import klems, photon_map, radiance
 
 INCIDENT_DEG = (45.0, 90.0)
 BANDWIDTH = 2000
