@@ -2,14 +2,13 @@
 
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import atheris
 
 with atheris.instrument_imports(include=["gonio"]):
     import numpy as np
+    from inputs import changed, one_line
 
     from gonio.formats import validity
     from gonio.formats.asking import ask
@@ -18,7 +17,6 @@ with atheris.instrument_imports(include=["gonio"]):
     from gonio.formats.validate import validate
     from gonio.formats.window import dataset as window_dataset
     from gonio.formats.window.scattering import window_bsdf
-    from gonio.units.errors import UsageError
 
 SMALL_BASIS = (
     b"<AngleBasis><AngleBasisName>two</AngleBasisName><AngleBasisBlock><Theta>0</Theta><ThetaBounds><LowerTheta>0"
@@ -58,10 +56,7 @@ UNIT = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, -0.8], [0.0, 1.0, 0.0], [0.0, -0.6,
 
 
 def one_input(data: bytes) -> None:
-    if len(data) > 3 and data[0] >= 32:  # a good file with a few bytes replaced
-        seed = SEEDS[data[0] % len(SEEDS)]
-        at = int.from_bytes(data[1:3], "little") % len(seed)
-        data = seed[:at] + data[3:] + seed[at + len(data) - 3 :]
+    data = changed(data, SEEDS)
     FILE.write_bytes(data)
     validity.parse(data.decode("latin-1"))
     tree = is_tensor(FILE)
@@ -79,15 +74,6 @@ def one_input(data: bytes) -> None:
             tree_dataset.read_dataset(FILE, "interior", [(30.0, 40.0), (150.0, 10.0)])
         else:
             window_dataset.read_dataset(FILE)
-
-
-@contextmanager
-def one_line() -> Iterator[None]:
-    try:
-        yield
-    except UsageError as error:
-        if "\n" in str(error):
-            raise ValueError("an error is one line") from error
 
 
 if __name__ == "__main__":

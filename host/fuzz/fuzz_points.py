@@ -2,19 +2,18 @@
 
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import atheris
 
 with atheris.instrument_imports(include=["gonio"]):
+    from inputs import changed, one_line
+
     from gonio.formats import detect
     from gonio.formats.pab import dataset as pab_dataset
     from gonio.formats.pab import write as pab_write
     from gonio.formats.tables import csv_read
     from gonio.formats.tables import nist as nist_csv
-    from gonio.units.errors import UsageError
 
 SEEDS = (
     b'#sample_name "tile"\n#incident_angle 30 45\n#intheta 30\n#inphi 45\n#upphi 90\n#colorimetry: CIE-Y\n'
@@ -32,10 +31,7 @@ FILE, OUT = FOLDER / "points", FOLDER / "again.txt"
 
 
 def one_input(data: bytes) -> None:
-    if len(data) > 3 and data[0] >= 64:  # a good file with a few bytes replaced
-        seed = SEEDS[data[0] % len(SEEDS)]
-        at = int.from_bytes(data[1:3], "little") % len(seed)
-        data = seed[:at] + data[3:] + seed[at + len(data) - 3 :]
+    data = changed(data, SEEDS)
     FILE.write_bytes(data)
     for read in (detect.point_format, nist_csv.read, csv_read.read):
         with one_line():
@@ -46,15 +42,6 @@ def one_input(data: bytes) -> None:
     for path in paths:  # what our writer wrote is good
         pab_dataset.read([path])
         path.unlink()
-
-
-@contextmanager
-def one_line() -> Iterator[None]:
-    try:
-        yield
-    except UsageError as error:
-        if "\n" in str(error):
-            raise ValueError("an error is one line") from error
 
 
 if __name__ == "__main__":

@@ -7,8 +7,9 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["gonio"]):
-    from gonio.formats.window import write as window_xml
-    from gonio.units.errors import UsageError
+    from inputs import changed, one_line
+
+    from gonio.formats.window import read as window_reader
 
 SEED = (
     b'<?xml version="1.0"?><WindowElement xmlns="http://windows.lbl.gov"><Optical><Layer><Material><Name>a</Name>'
@@ -21,15 +22,9 @@ FILE = Path(tempfile.mkdtemp(prefix="gonio-fuzz-")) / "bsdf.xml"
 
 
 def one_input(data: bytes) -> None:
-    if len(data) > 3 and data[0] >= 128:
-        at = int.from_bytes(data[1:3], "little") % len(SEED)
-        data = SEED[:at] + data[3:] + SEED[at + len(data) - 3 :]
-    FILE.write_bytes(data)
-    try:
-        window_xml.read(FILE)
-    except UsageError as error:
-        if "\n" in str(error):
-            raise ValueError("an error is one line") from error
+    FILE.write_bytes(changed(data, (SEED,)))
+    with one_line():
+        window_reader.read(FILE)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
-"""conftest.py: what many tests share: fixed property tests, and a fake firmware to talk to."""
+"""conftest.py: what many tests share: fixed property tests, a fake firmware to talk to, both backends of models."""
 
+import importlib
 import socket
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -46,3 +47,11 @@ def device() -> Iterator[Callable[..., tuple[FakeFirmware, str]]]:
     yield make
     for fake in made:
         fake.close()
+
+
+@pytest.fixture(params=["_model", "fallback"], ids=["compiled", "numpy"])
+def who_answers(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The compiled module and then numpy evaluate models and fit grids."""
+    module = importlib.import_module(f"gonio.model.{request.param}")
+    for user in ("evaluate", "grid_fit"):
+        monkeypatch.setattr(f"gonio.model.{user}.model", module)

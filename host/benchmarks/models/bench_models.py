@@ -54,7 +54,7 @@ def tailed(folder: Path, size: Size) -> Part:
 
 
 def run(out: Path, size: Size, only: str | None) -> Part:
-    """All parts, or the one named."""
+    """All parts, or the one named; each is printed when it is done, for the whole takes long."""
     parts: dict[str, Callable[[Path, Size], Part]] = {
         "retro": coating,
         "noise": noisy,
@@ -71,6 +71,8 @@ def run(out: Path, size: Size, only: str | None) -> Part:
         if only in (None, name):
             with tempfile.TemporaryDirectory() as folder:
                 more_rows, more_notes = part(Path(folder), size)
+            sys.stdout.write("\n".join([*printed(more_rows), *more_notes, ""]))
+            sys.stdout.flush()
             rows += more_rows
             notes += more_notes
     return rows, notes
@@ -90,7 +92,7 @@ def main() -> None:
     (options.out / f"bench_models{suffix}.json").write_text(json.dumps(text, indent=1) + "\n")
     asked = [r for r in rows if r["target"] is not None]
     reached = sum(r["reached"] for r in asked)
-    sys.stdout.write("\n".join([*printed(rows), *notes, f"{reached} of {len(asked)} targets reached"]) + "\n")
+    sys.stdout.write(f"{reached} of {len(asked)} targets reached\n")
 
 
 if __name__ == "__main__":

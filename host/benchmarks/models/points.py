@@ -45,9 +45,9 @@ def polar_grid(count: int) -> FloatArray:
     return unit_from_angles_deg(np.repeat(theta, len(phi)), np.tile(phi, rings))
 
 
-def jittered(count: int, seed: int = 3) -> FloatArray:
+def jittered(count: int) -> FloatArray:
     """About `count` unit vectors, one at random in each cell of a grid of equal solid angle."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(3)
     rings = round(np.sqrt(count / 4.0))
     across = 4 * rings
     z = (np.repeat(np.arange(rings), across) + rng.random(rings * across)) / rings

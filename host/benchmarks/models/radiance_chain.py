@@ -54,8 +54,3 @@ def fit(dataset: Dataset, folder: Path) -> Chain:
         chain.fits.append(target)
         chain.steps[f"fit {kind}"] = usage
     return chain
-
-
-def available() -> bool:
-    """Whether pyradiance's programs are installed."""
-    return radiance.folder() is not None

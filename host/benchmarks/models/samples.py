@@ -1,5 +1,6 @@
 """samples.py: scattering functions in closed form that models are judged by; each is a Scattering."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,25 @@ def _angle_rad(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(2.0 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
 
 
+class _FrontReflection(ABC):
+    """What samples have in common that are known for reflection from the front, and there everywhere."""
+
+    @abstractmethod
+    def dsf_per_sr(self, incident: FloatArray, outgoing: FloatArray, which: IndexArray | None = None) -> FloatArray:
+        """See Scattering."""
+
+    def origin(self, incident: FloatArray, outgoing: FloatArray, which: IndexArray | None = None) -> NDArray[np.uint8]:
+        """See Scattering."""
+        absent = np.isnan(self.dsf_per_sr(incident, outgoing, which))
+        return np.where(absent, Origin.ABSENT, Origin.MEASURED).astype(np.uint8)
+
+    def covers(self, *, incident_front: bool, outgoing_front: bool) -> bool:
+        """See Scattering."""
+        return incident_front and outgoing_front
+
+
 @dataclass(frozen=True)
-class RetroCoating:
+class RetroCoating(_FrontReflection):
     """DSF = 0.25/pi cos(theta_s) + 150 exp(-a^2/2/(1.2 deg)^2), a from retro, + 0.4 exp(-a^2/2/(12 deg)^2), a from
     mirror; front reflection only. Isotropic; integral about 0.25 + 0.413 + 0.10.
 
@@ -41,15 +59,6 @@ class RetroCoating:
         there = (z >= 0.0) & (np.broadcast_to(own[..., 2], z.shape) >= 0.0)
         return np.where(there, dsf, np.nan)
 
-    def origin(self, incident: FloatArray, outgoing: FloatArray, which: IndexArray | None = None) -> NDArray[np.uint8]:
-        """See Scattering."""
-        absent = np.isnan(self.dsf_per_sr(incident, outgoing, which))
-        return np.where(absent, Origin.ABSENT, Origin.MEASURED).astype(np.uint8)
-
-    def covers(self, *, incident_front: bool, outgoing_front: bool) -> bool:
-        """See Scattering."""
-        return incident_front and outgoing_front
-
     def features(self, incident: FloatArray) -> Features:
         """See Scattering."""
         rows = np.flatnonzero(incident[:, 2] >= 0.0)
@@ -72,7 +81,7 @@ class Facet:
 
 
 @dataclass(frozen=True)
-class TwoPeaked:
+class TwoPeaked(_FrontReflection):
     """A strong lobe and a weak, wider one at 14 degrees from it, of facets tilted up and down unequally, over diffuse
     light: DSF = 0.2/pi cos(theta_s) + sum of peak exp(-a^2/2/sigma^2); front reflection only.
 
@@ -90,15 +99,6 @@ class TwoPeaked:
             angle = _angle_rad(outgoing, facet.centre(incident)[own]) / np.radians(facet.sigma_deg)
             dsf = dsf + facet.peak_per_sr * np.exp(-(angle**2) / 2)
         return np.where((outgoing[:, 2] >= 0.0) & (incident[own, 2] >= 0.0), dsf, np.nan)
-
-    def origin(self, incident: FloatArray, outgoing: FloatArray, which: IndexArray | None = None) -> NDArray[np.uint8]:
-        """See Scattering."""
-        absent = np.isnan(self.dsf_per_sr(incident, outgoing, which))
-        return np.where(absent, Origin.ABSENT, Origin.MEASURED).astype(np.uint8)
-
-    def covers(self, *, incident_front: bool, outgoing_front: bool) -> bool:
-        """See Scattering."""
-        return incident_front and outgoing_front
 
     def features(self, incident: FloatArray) -> Features:
         """See Scattering."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gonio.cli.options import Front, OutputOption
+from gonio.cli.options import Front, OutputOption, Resolution
 from gonio.cli.places import check_inputs, check_outputs
 from gonio.cli.saying import say
 from gonio.units.errors import UsageError
@@ -49,9 +49,7 @@ def convert(
     rescale: Annotated[
         bool, typer.Option("--rescale", help="Where more light leaves than arrives, scale it to all, and record it.")
     ] = False,
-    resolution: Annotated[
-        int, typer.Option(min=2, max=9, help="tensor: finest cells are 2^-resolution of an axis.")
-    ] = 7,
+    resolution: Resolution = None,
     size_mb: Annotated[float | None, typer.Option(metavar="MB", help="tensor: most size of the file.")] = None,
 ) -> None:
     """Bring a simulation file into another basis. Every band is converted; what is odd about the file is said."""
@@ -104,7 +102,7 @@ def _to_tree(
     bsdf: "Bsdf",
     output: Path,
     dimensions: int,
-    limits: tuple[int, float | None],
+    limits: tuple[int | None, float | None],
     notes: list[str],
     *,
     rescale: bool,

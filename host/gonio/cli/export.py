@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gonio.cli.exporting import ModelOptions, export_matrices, export_tree, points_of_model
-from gonio.cli.options import DeclaredSymmetry, Front
+from gonio.cli.options import DeclaredSymmetry, Front, Resolution
 from gonio.cli.places import check_inputs, check_outputs
 from gonio.cli.saying import say
 from gonio.units.errors import UsageError
@@ -132,9 +132,7 @@ def export(
         str | None,
         typer.Option(metavar="X=NAME,Y=NAME,Z=NAME", help="klems, tensor: colour from the channels of CIE X, Y and Z."),
     ] = None,
-    resolution: Annotated[
-        int, typer.Option(min=2, max=9, help="tensor: finest cells are 2^-resolution of an axis.")
-    ] = 7,
+    resolution: Resolution = None,
     leaves: Annotated[int | None, typer.Option(min=1, help="tensor: most leaves of the file.")] = None,
     size_mb: Annotated[float | None, typer.Option(metavar="MB", help="tensor: most size of the file.")] = None,
     percent: Annotated[
@@ -195,6 +193,7 @@ def _check(
     if fill is not None and not klems:
         raise UsageError(f"--fill goes with a klems format: leave it away for {kind.value}")
     of_trees = {
+        "--resolution": options.resolution,
         "--leaves": options.leaves,
         "--size-mb": options.size_mb,
         "--percent": options.percent,

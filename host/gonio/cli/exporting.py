@@ -30,7 +30,7 @@ class ModelOptions:
     xyz: str | None = None
     cells: Path | None = None
     # Of trees.
-    resolution: int = 7
+    resolution: int | None = None
     leaves: int | None = None
     size_mb: float | None = None
     percent: float | None = None

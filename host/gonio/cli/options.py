@@ -10,6 +10,16 @@ OutputOption = Annotated[
     Path, typer.Option("-o", "--output", metavar="FILE", help="Written whole or not at all; replaces an older file.")
 ]
 
+Resolution = Annotated[
+    int | None,
+    typer.Option(
+        min=2,
+        max=9,
+        help="tensor: finest cells are 2^-resolution of an axis; default: tensor3 7, tensor4 5.",
+        show_default=False,
+    ),
+]
+
 
 class Front(StrEnum):
     """Which way the sample's front faces, where the dataset does not say."""

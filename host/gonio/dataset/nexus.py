@@ -1,7 +1,6 @@
 """nexus.py: a dataset as HDF5 in NeXus form: one NXentry per distribution, point lists in NXdata, exactly."""
 
 import json
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -19,6 +18,7 @@ from gonio.dataset.nexus_entry import (
     write_sample,
 )
 from gonio.dataset.nexus_points import PointPacker, PointWriter
+from gonio.dataset.written_whole import written_whole
 from gonio.units.errors import UsageError
 
 __all__ = [
@@ -42,17 +42,8 @@ def write_dataset(dataset: Dataset, path: Path, packer: PointPacker | None = Non
         with PointPacker() as own:
             write_dataset(dataset, path, own)
         return
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with h5py.File(beside, "w") as file, PointWriter(packer) as writer:
-            _write_root(file, dataset, writer)
-        with beside.open("rb") as written:
-            os.fsync(written.fileno())
-        os.replace(beside, path)
-    except OSError as error:
-        raise UsageError(f"{path}: cannot write the dataset ({error}): check folder, rights and space") from error
-    finally:
-        beside.unlink(missing_ok=True)
+    with written_whole(path, "dataset") as file, PointWriter(packer) as writer:
+        _write_root(file, dataset, writer)
 
 
 def read_dataset(path: Path) -> Dataset:

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gonio.dataset.bsdf import Polarisation, Side, Symmetry
+from gonio.dataset.bsdf import Dataset, Distribution, Polarisation, Side, Symmetry
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
@@ -87,7 +87,27 @@ class Bsdf:
     symmetry: Symmetry = "undeclared"
     polarisation: Polarisation = "unknown"
     thickness_mm: float | None = None
-    band_nm: dict[str, tuple[float, float]] = field(default_factory=dict)  # of channels, from and to, where known
+    band_nm: dict[str, tuple[float, float]] = field(
+        default_factory=dict
+    )  # of channels, from and to (the same: one wavelength), where known
     measured: tuple[MeasuredIntegral, ...] = ()
     validity: tuple[str, ...] = ()  # sentences: what was measured, what is extrapolated and by which rule
     provenance: dict[str, Any] = field(default_factory=dict)  # plain JSON values
+
+    def as_dataset(self, distributions: list[Distribution], provenance: dict[str, Any]) -> Dataset:
+        """Points of this sample."""
+        return Dataset(
+            distributions,
+            sample_name=self.sample_name,
+            front_faces=self.front_faces,
+            polarisation=self.polarisation,
+            symmetry=self.symmetry,
+            thickness_mm=self.thickness_mm,
+            manufacturer=self.manufacturer,
+            provenance=provenance,
+        )
+
+
+def wavelength_bands_nm(dataset: Dataset) -> dict[str, tuple[float, float]]:
+    """Bsdf.band_nm of channels of a single wavelength that the dataset states: from it, to it."""
+    return {d.channel: (d.wavelength_nm, d.wavelength_nm) for d in dataset.distributions if d.wavelength_nm is not None}

@@ -1,6 +1,7 @@
 """model_points.py: a model's values as points of a dataset, for formats that hold points."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,23 +50,21 @@ def sampled(
     cell = np.repeat(-np.diff(np.cos(np.radians(edges))) * np.radians(step_deg), columns)
     names = list(bsdf.channels) if channel is None else [channel]
     parts = [
-        part
+        replace(part, wavelength_nm=_wavelength_nm(bsdf, name))
         for name in names
         for incident in incidents
         if (part := _distribution(bsdf.channels[name], name, incident, theta, phi, cell)) is not None
     ]
     if not parts:
         raise UsageError("the model has no value for any of these incident directions")
-    return Dataset(
-        parts,
-        sample_name=bsdf.sample_name,
-        front_faces=bsdf.front_faces,
-        polarisation=bsdf.polarisation,
-        symmetry=bsdf.symmetry,
-        thickness_mm=bsdf.thickness_mm,
-        manufacturer=bsdf.manufacturer,
-        provenance={"sampled": {"step_deg": step_deg, "incident_deg": [list(i) for i in incidents]}},
-    )
+    sampled_at = {"step_deg": step_deg, "incident_deg": [list(i) for i in incidents]}
+    return bsdf.as_dataset(parts, {"sampled": sampled_at})
+
+
+def _wavelength_nm(bsdf: Bsdf, channel: str) -> float | None:
+    """Of a channel of one wavelength."""
+    low, high = bsdf.band_nm.get(channel, (0.0, 1.0))
+    return low if low == high else None
 
 
 def _distribution(

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gonio.dataset.bsdf import Dataset, Symmetry
-from gonio.dataset.scattering import Bsdf, MeasuredIntegral
+from gonio.dataset.scattering import Bsdf, MeasuredIntegral, wavelength_bands_nm
 from gonio.geometry.directions import angles_deg_from_unit
 from gonio.model import reciprocity
 from gonio.model.between.carried import completed
@@ -76,7 +76,7 @@ def fit_bsdf(
         symmetry=declared_symmetry,
         polarisation=dataset.polarisation,
         thickness_mm=dataset.thickness_mm,
-        band_nm=_bands(dataset, wanted),
+        band_nm={name: band for name, band in wavelength_bands_nm(dataset).items() if name in wanted},
         measured=tuple(measured),
         validity=sentences(fitted, record["channels"]),
         provenance={**dataset.provenance, "model": record},
@@ -214,9 +214,3 @@ def _measured(channel: str, points: dict[Component, list[Points]]) -> list[Measu
             theta, phi = _angles(p.incident, component)
             result.append(MeasuredIntegral(channel, theta, phi, component.reflection, float(value), float(u)))
     return result
-
-
-def _bands(dataset: Dataset, channels: list[str]) -> dict[str, tuple[float, float]]:
-    """Of channels of a single wavelength that the dataset states."""
-    found = {d.channel: d.wavelength_nm for d in dataset.distributions if d.wavelength_nm is not None}
-    return {name: (found[name], found[name]) for name in channels if name in found}

@@ -2,12 +2,11 @@
 
 Layout: attributes gonio_model (version) and digest (SHA-256 over all that follows); dataset "header" (JSON: sample,
 integrals, validity, provenance); group channels/<number> with attribute name and either "family" (JSON of an analytic
-model) or components/<name>/ with attribute scheme, "signs", "bound" and nodes/<number>/ with the arrays of nodes.Node.
+model) or components/<name>/ with attribute scheme, "signs", "bound" and nodes/<number>/ with the arrays of a Node.
 """
 
 import hashlib
 import json
-import os
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -17,6 +16,7 @@ import h5py
 import numpy as np
 
 from gonio.dataset.scattering import Bsdf, MeasuredIntegral, Scattering
+from gonio.dataset.written_whole import written_whole
 from gonio.model.analytic import AnalyticScattering
 from gonio.model.between.energy import Bound
 from gonio.model.between.resolve import Resolver
@@ -36,25 +36,16 @@ _T = TypeVar("_T")
 def write_model(bsdf: Bsdf, path: Path) -> None:
     """Write a Bsdf of fitted or analytic channels: beside its place first. UsageError if the folder takes no file;
     TypeError for a channel of another kind (it has a file of its own already)."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with h5py.File(beside, "w") as file:
-            file.attrs["creator"] = "gonio"
-            file.attrs["gonio_model"] = FORMAT
-            _put_text(file, "header", _header(bsdf))
-            channels = file.create_group("channels")
-            for number, (name, channel) in enumerate(bsdf.channels.items()):
-                group = channels.create_group(f"{number:03d}")
-                group.attrs["name"] = name
-                _write_channel(group, channel)
-            file.attrs["digest"] = _digest(file)
-        with beside.open("rb") as written:
-            os.fsync(written.fileno())
-        os.replace(beside, path)
-    except OSError as error:
-        raise UsageError(f"{path}: cannot write the model ({error}): check folder, rights and space") from error
-    finally:
-        beside.unlink(missing_ok=True)
+    with written_whole(path, "model") as file:
+        file.attrs["creator"] = "gonio"
+        file.attrs["gonio_model"] = FORMAT
+        _put_text(file, "header", _header(bsdf))
+        channels = file.create_group("channels")
+        for number, (name, channel) in enumerate(bsdf.channels.items()):
+            group = channels.create_group(f"{number:03d}")
+            group.attrs["name"] = name
+            _write_channel(group, channel)
+        file.attrs["digest"] = _digest(file)
 
 
 def read_model(path: Path) -> Bsdf:

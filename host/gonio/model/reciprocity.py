@@ -98,12 +98,10 @@ def averaged(model: Fitted, points: dict[Component, list[Points]]) -> dict[Compo
 
 def _averaged(model: Fitted, component: Component, points: Points) -> Points:
     step = -(-len(points.unit) // _MOST_AVERAGED)
-    rows = np.arange(0, len(points.unit), step)
-    sr = points.solid_angle_sr[rows]
-    sr = sr * (points.solid_angle_sr.sum() / sr.sum())
-    unit, dsf = points.unit[rows], np.array(points.dsf_per_sr[rows])
+    thin = points.some(np.arange(0, len(points.unit), step))
+    unit, dsf = thin.unit, np.array(thin.dsf_per_sr)
     steep = unit[:, 2] > _LEAST_COSINE
     back, known = _reverse(model, component, points.incident, unit[steep])
     both = np.flatnonzero(steep)[known]
     dsf[both] = 0.5 * (dsf[both] + back[known] * unit[both, 2])
-    return replace(points, unit=unit, dsf_per_sr=dsf, variance_per_sr2=points.variance_per_sr2[rows], solid_angle_sr=sr)
+    return replace(thin, dsf_per_sr=dsf)

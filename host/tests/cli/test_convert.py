@@ -15,7 +15,7 @@ from gonio.dataset.scattering import Bsdf
 from gonio.formats.conversion import averages
 from gonio.formats.findings import Findings
 from gonio.formats.patches import of_tree
-from gonio.formats.patches.average import patch_matrices
+from gonio.formats.patches.average import average
 from gonio.formats.patches.overlap import overlaps_sr, rebinned
 from gonio.formats.tensor.flat import parse
 from gonio.formats.tensor.read import read_tensor
@@ -107,7 +107,7 @@ def test_a_tree_as_matrices(dimensions: int) -> None:
     write_tensor(bsdf, Path("t.xml"), dimensions=dimensions, resolution=6 if dimensions == 3 else 4, size_mb=30.0)
     tree, _ = read_tensor(Path("t.xml"))
     found = averages(tree, QUARTER)["visible"].matrices["Reflection", "Front"]
-    direct = patch_matrices(coating, QUARTER, "exterior", symmetry="isotropic")["Reflection", "Front"]
+    direct = average(coating, QUARTER, "exterior", symmetry="isotropic").matrices["Reflection", "Front"]
     size = QUARTER.projected_solid_angle_sr
     np.testing.assert_allclose(size @ found, size @ direct, rtol=0.01 if dimensions == 3 else 0.02)
     assert np.abs(found - direct).max() < (0.08 if dimensions == 3 else 0.25) * direct.max()
@@ -122,7 +122,7 @@ def test_a_tree_keeps_the_columns_integrals(dimensions: int, resolution: int) ->
     rng = np.random.default_rng(7)
     values = rng.random((QUARTER.size, QUARTER.size)) * np.linspace(0.05, 0.5, QUARTER.size)
     if dimensions == 3:  # a sample that looks the same at all azimuths
-        values = patch_matrices(RetroCoating(0.3, 0.6, 20.0, 0.0), QUARTER, "exterior", symmetry="isotropic")[
+        values = average(RetroCoating(0.3, 0.6, 20.0, 0.0), QUARTER, "exterior", symmetry="isotropic").matrices[
             "Reflection", "Front"
         ]
     matrices = {("Visible", "Reflection", "Front"): values}

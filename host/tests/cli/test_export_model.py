@@ -8,8 +8,9 @@ import pytest
 from synthetic_bsdf import distribution, lambert_and_mirror, sphere_points
 
 from gonio.cli import main
-from gonio.dataset.bsdf import Dataset
-from gonio.dataset.nexus import write_dataset
+from gonio.dataset.bsdf import Dataset, PointFlag
+from gonio.dataset.nexus import read_dataset, write_dataset
+from gonio.formats.tensor.write import DEFAULT_RESOLUTION
 from gonio.formats.window.read import read
 
 
@@ -155,3 +156,73 @@ def test_trees_go_to_their_writer(folder: Path, capsys: pytest.CaptureFixture[st
     assert "TensorTree3" in Path("t.xml").read_text()
     assert "t.xml" in Path("t.rad").read_text()
     assert run("query", "t.xml", "--incident", "40,0", "--outgoing", "20,90") == 0
+
+
+def test_points_of_a_model_are_read_again(folder: Path) -> None:
+    """A model has no uncertainty: its table has no column for it, and is read as one that has none."""
+    export = ["export", folder / "model.h5", "--format", "csv", "-o", "x.csv", "--incident", "40,0", "--step", "5"]
+    assert run(*export) == 0
+    rows = list(csv.DictReader(line for line in Path("x.csv").read_text().splitlines() if not line.startswith("#")))
+    assert not {"u_dsf_per_sr", "u_combined_per_sr"} & rows[0].keys()
+    assert run("import", "x.csv", "-o", "x.h5") == 0
+    (back,) = read_dataset(Path("x.h5")).distributions
+    assert (back.flags == PointFlag.SIMULATED).all()
+    assert back.dsf_per_sr.tolist() == [float(row["dsf_per_sr"]) for row in rows]
+
+
+def of_wavelengths() -> Dataset:
+    """Lambertian at two wavelengths, with a little light through it."""
+    units = sphere_points(1500)
+    parts = [
+        distribution((theta, 0.0), units, lambda u: 1e-3 + 0.9 / np.pi * np.maximum(u[:, 2], 0.0), channel=f"{nm:g} nm")
+        for nm in (351.0, 633.0)
+        for theta in (10.0, 50.0)
+    ]
+    for part in parts:
+        part.wavelength_nm = float(part.channel.split()[0])
+    return Dataset(parts, front_faces="interior", symmetry="isotropic")
+
+
+@pytest.mark.parametrize("family", [[], ["lambertian"]])
+def test_a_wavelength_goes_through_the_model(family: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    write_dataset(of_wavelengths(), Path("p.h5"))
+    assert run("fit", *family, "p.h5", "-o", "pm.h5") == 0
+    export = ["export", "pm.h5", "--channel", "633 nm"]
+    assert run(*export, "--format", "nist", "-o", "n.csv", "--incident", "30,0", "--step", "10") == 0
+    rows = [line.split(",") for line in Path("n.csv").read_text().splitlines()[1:]]
+    assert len(rows) == 9 * 36
+    assert {float(row[0]) for row in rows} == {0.633}
+    assert np.median([float(row[5]) for row in rows]) == pytest.approx(0.9 / np.pi, rel=0.01)
+    capsys.readouterr()
+    solar = ["export", "pm.h5", "--format", "klems-quarter", "-o", "s.xml", "--solar-spectrum", "astm-g173"]
+    assert run(*solar) == 2
+    said = capsys.readouterr().err
+    assert "351 nm, 633 nm: of one wavelength each" in said
+    assert "--solar-band '351 nm=FROM-TO'" in said
+    assert said.count("\n") == 1
+    bands = ["--solar-band", "351 nm=300-500", "--solar-band", "633 nm=500-2500"]
+    assert run(*solar, *bands, "--channel", "633 nm") == 0
+
+
+def test_the_default_resolution_is_the_formats(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Cells of four dimensions are many: a finer default would take minutes."""
+    write_dataset(of_wavelengths(), Path("p.h5"))
+    assert run("fit", "lambertian", "p.h5", "--channel", "633 nm", "-o", "pm.h5") == 0
+    capsys.readouterr()
+    small = ["--size-mb", "0.03"]
+    for kind, said in (("tensor3", "resolution 7"), ("tensor4", "resolution 5")):
+        for command, source in (("export", "pm.h5"), ("convert", "export-tensor3.xml")):
+            assert run(command, source, "--format", kind, *small, "-o", f"{command}-{kind}.xml") == 0
+            captured = capsys.readouterr().err
+            assert said in captured
+            if command == "export":
+                assert ("(tensor3) hold all of it" in captured) == (kind == "tensor4")  # the sample is isotropic
+    assert run("export", folder / "two.h5", "--format", "csv", "-o", "x.csv", "--resolution", "5") == 2
+    assert "--resolution goes with tensor3" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["export", "convert"])
+def test_help_names_the_default_resolutions(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(command, "--help") == 0
+    text = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert f"tensor3 {DEFAULT_RESOLUTION[3]}, tensor4 {DEFAULT_RESOLUTION[4]}" in text

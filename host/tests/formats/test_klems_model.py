@@ -63,6 +63,12 @@ def test_rescale_scales_columns_and_records_each() -> None:
     assert "rescaled" not in untouched.findings.codes
 
 
+def test_a_named_channel_is_visible_and_solar_stays() -> None:
+    both = sample(green=RetroCoating(), Solar=RetroCoating())
+    assert klems_model.channels_of(both, channel="green") == {"Visible": "green", "Solar": "Solar"}
+    assert klems_model.channels_of(both, channel="Solar") == {"Solar": "Solar"}
+
+
 def test_an_undeclared_symmetry_or_front_is_refused() -> None:
     with pytest.raises(UsageError, match="--symmetry"):
         build(replace(sample(), symmetry="undeclared"))

@@ -8,6 +8,7 @@ import pytest
 from gonio.dataset.bsdf import Distribution, PointFlag
 from gonio.formats import validate
 from gonio.formats.tables import nist as nist_csv
+from gonio.formats.window import read as window_reader
 from gonio.formats.window import write as window_xml
 from gonio.formats.window.klems import BASES
 from gonio.formats.window.patch_average import hemisphere_profile
@@ -69,7 +70,7 @@ def test_it_becomes_a_window_file(tmp_path: Path) -> None:
     window_xml.write(dataset, path, channel="633 nm", front="interior", fill="nearest", assume_flat=True)
     findings = validate.validate(path)
     assert findings.exit_status == 0, findings.text()
-    content = window_xml.read(path)
+    content = window_reader.read(path)
     # The front faces the interior: light that falls on it arrives from WINDOW's back.
     rho = content.hemispherical("Visible", "Reflection", "Back")
     assert rho.min() > 0.97

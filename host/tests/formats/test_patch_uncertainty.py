@@ -16,6 +16,7 @@ from synthetic_bsdf import distribution, lambert_and_mirror, lobe_per_sr, sphere
 
 from gonio.dataset.bsdf import Dataset, Distribution
 from gonio.formats.window import patch_table
+from gonio.formats.window import read as window_reader
 from gonio.formats.window import write as window_xml
 from gonio.formats.window.klems import BASES
 from gonio.formats.window.matrices import build
@@ -176,7 +177,7 @@ def test_the_table_and_the_comments_say_it(tmp_path: Path) -> None:
         for key, own in block.uncertainty.items()
     )
     assert f"{largest:.2%}" in remark
-    assert remark in window_xml.read(xml).text["Comments"]
+    assert remark in window_reader.read(xml).text["Comments"]
     assert 0.005 < largest < 0.02  # hypot(0.3, 0.4, 0.1) % and the noise of a few points
 
 

@@ -13,7 +13,7 @@ from scipy.stats import qmc
 from benchmarks.models.samples import RetroCoating
 from gonio.dataset.scattering import Features, FloatArray, IndexArray, Origin
 from gonio.formats.patches import pairs, turned
-from gonio.formats.patches.average import average, patch_matrices
+from gonio.formats.patches.average import average
 from gonio.formats.patches.hemispheres import Component
 from gonio.formats.patches.rules import gauss, kronrod, moments_of_parts
 from gonio.formats.window.klems import BASES, KlemsBasis, basis_from_rings, direction_of_patch_deg, to_radiance_deg
@@ -128,7 +128,7 @@ def test_cosine_powers_have_a_closed_form(basis: str, symmetry: str) -> None:
     if symmetry == "none" and basis != "klems-quarter":
         chosen = SMALL
     for power in (1.0, 4.0):
-        values = patch_matrices(Formula(power), chosen, "interior", symmetry=symmetry)["Reflection", "Back"]  # type: ignore[arg-type]
+        values = average(Formula(power), chosen, "interior", symmetry=symmetry).matrices["Reflection", "Back"]  # type: ignore[arg-type]
         low, high = np.cos(np.radians(chosen.bounds_deg[:, :2])).T
         width = np.radians(chosen.bounds_deg[:, 3])
         energy = 0.3 / np.pi * width * (low ** (power + 1) - high ** (power + 1)) / (power + 1)
@@ -141,7 +141,7 @@ def test_sides_follow_window() -> None:
     sides = Formula(only_front=False)
     for faces, front in (("interior", "Back"), ("exterior", "Front")):
         back = "Front" if front == "Back" else "Back"
-        found = patch_matrices(sides, SMALL, faces, symmetry="isotropic")  # type: ignore[arg-type]
+        found = average(sides, SMALL, faces, symmetry="isotropic").matrices  # type: ignore[arg-type]
         sums = {key: float(SMALL.projected_solid_angle_sr @ m[:, 0]) for key, m in found.items()}
         assert sums["Reflection", front] == pytest.approx(0.3, rel=1e-5)
         assert sums["Transmission", front] == pytest.approx(0.15, rel=1e-5)
@@ -153,7 +153,7 @@ def test_sides_follow_window() -> None:
 def test_a_lopsided_peak_against_sampling(faces: str) -> None:
     """No symmetry at all: twisted about the normal and shifted. Cells and sides against quasi Monte Carlo."""
     formula = Formula(2.0, 3.0, 12.0, 35.0, (0.15, -0.1), only_front=False)
-    found = patch_matrices(formula, SMALL, faces, symmetry="none")  # type: ignore[arg-type]
+    found = average(formula, SMALL, faces, symmetry="none").matrices  # type: ignore[arg-type]
     assert len(found) == 4
     for process, side, column in (("Transmission", "Front", 2), ("Reflection", "Back", 7), ("Reflection", "Front", 0)):
         values = found[process, side][:, column]  # type: ignore[index]
@@ -166,7 +166,7 @@ def test_an_isotropic_sample_that_is_no_mirror_image_of_itself() -> None:
     """A peak twisted about the normal: left and right differ; turned.py against pairs.py and sampling."""
     formula = Formula(1.0, 3.0, 10.0, 25.0)
     key = ("Reflection", "Front")
-    values = patch_matrices(formula, QUARTER, "exterior", symmetry="isotropic")[key]  # type: ignore[index]
+    values = average(formula, QUARTER, "exterior", symmetry="isotropic").matrices[key]  # type: ignore[index]
     columns = np.array([0, 5, 24])
     component = Component(formula, "Reflection", "Front", "exterior")
     direct, _ = pairs.matrix(component, QUARTER, 1e-4, columns)
@@ -242,14 +242,14 @@ def test_what_a_tighter_tolerance_changes_is_within_the_estimate() -> None:
 def test_declared_symmetries_change_nothing_but_the_work(symmetry: str, formula: Formula) -> None:
     component = Component(formula, "Reflection", "Back", "interior")
     plain, _ = pairs.matrix(component, SMALL, 1e-4, np.arange(SMALL.size))
-    found = patch_matrices(formula, SMALL, "interior", symmetry=symmetry)["Reflection", "Back"]  # type: ignore[arg-type]
+    found = average(formula, SMALL, "interior", symmetry=symmetry).matrices["Reflection", "Back"]  # type: ignore[arg-type]
     assert_within(found, plain, SMALL, 1e-4)
 
 
 def test_a_basis_whose_borders_meet_no_bins_is_done_the_long_way() -> None:
     odd = basis_from_rings("odd", (0, 60), (0, 30, 90), (1, 7))
     assert not turned.fits(odd)
-    values = patch_matrices(Formula(3.0), odd, "interior", symmetry="isotropic")["Reflection", "Back"]
+    values = average(Formula(3.0), odd, "interior", symmetry="isotropic").matrices["Reflection", "Back"]
     low, high = np.cos(np.radians(odd.bounds_deg[:, :2])).T
     energy = 0.3 / np.pi * np.radians(odd.bounds_deg[:, 3]) * (low**4 - high**4) / 4
     expected = (energy / odd.projected_solid_angle_sr)[:, None] * np.ones(odd.size)
@@ -259,7 +259,7 @@ def test_a_basis_whose_borders_meet_no_bins_is_done_the_long_way() -> None:
 @pytest.mark.parametrize("faces", ["interior", "exterior"])
 def test_a_lopsided_sample_in_closed_form(faces: str) -> None:
     """Affine in the direction cosines: all four matrices are known exactly."""
-    found = patch_matrices(Lopsided(), SMALL, faces, symmetry="none")  # type: ignore[arg-type]
+    found = average(Lopsided(), SMALL, faces, symmetry="none").matrices  # type: ignore[arg-type]
     for key, exact in exact_matrices(SMALL, faces).items():  # type: ignore[arg-type]
         assert_within(found[key], exact, SMALL, 2e-5)
 

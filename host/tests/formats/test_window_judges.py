@@ -16,6 +16,7 @@ import xmlschema
 from synthetic_bsdf import distribution, lambert_and_mirror, lobe_per_sr, sphere_points, spiral_about
 
 from gonio.dataset.bsdf import Dataset
+from gonio.formats.window import read as window_reader
 from gonio.formats.window import write as window_xml
 from gonio.formats.window.klems import BASES
 from gonio.formats.window.matrices import BANDS, KlemsMatrices, build
@@ -140,7 +141,7 @@ def test_radiance_answers_an_asymmetric_fixture(tmp_path: Path, front_faces, inc
     part = distribution(incident, units, lambda u: lobe_per_sr(u, lobe, 0.3))
     path = tmp_path / "asymmetric.xml"
     window_xml.write(Dataset([part], front_faces=front_faces), path)
-    peak = max(float(m.max()) for m in window_xml.read(path).matrices.values())
+    peak = max(float(m.max()) for m in window_reader.read(path).matrices.values())
 
     def turned(theta: float, phi: float) -> list[float]:
         """Radiance's frame: about y by half a turn when the front faces the exterior."""

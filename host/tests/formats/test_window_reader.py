@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from synthetic_bsdf import lambert_and_mirror
 
 from gonio.formats import validate, xml_guard
+from gonio.formats.window import read as window_reader
 from gonio.formats.window import write as window_xml
 from gonio.units.errors import UsageError
 
@@ -30,14 +31,14 @@ def small() -> bytes:
     return window_xml.render(dataset, built, window_xml.ThermalValues())
 
 
-def read_text(tmp_path: Path, text: str) -> window_xml.WindowBsdf:
+def read_text(tmp_path: Path, text: str) -> window_reader.WindowBsdf:
     path = tmp_path / "wild.xml"
     path.write_text(text, encoding="utf-8")
-    return window_xml.read(path)
+    return window_reader.read(path)
 
 
 def test_seatex_reads_with_its_published_values() -> None:
-    content = window_xml.read(SEATEX)
+    content = window_reader.read(SEATEX)
     for side in ("Front", "Back"):
         assert content.hemispherical("Visible", "Transmission", side)[0] == pytest.approx(0.059277, abs=5e-7)
         assert content.hemispherical("Visible", "Reflection", side)[0] == pytest.approx(0.082136, abs=5e-7)
@@ -141,17 +142,17 @@ def test_entities_in_another_encoding_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "wide.xml"
     path.write_bytes('<?xml version="1.0" encoding="utf-16"?><!DOCTYPE x><WindowElement/>'.encode("utf-16"))
     with pytest.raises(UsageError, match="DOCTYPE"):
-        window_xml.read(path)
+        window_reader.read(path)
 
 
 def test_large_and_missing_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(xml_guard, "MAX_BYTES", 1000)
     with pytest.raises(UsageError, match="larger"):
-        window_xml.read(SEATEX)
+        window_reader.read(SEATEX)
     with pytest.raises(UsageError, match="cannot be read"):
-        window_xml.read(tmp_path / "nothing.xml")
+        window_reader.read(tmp_path / "nothing.xml")
     with pytest.raises(UsageError, match="cannot be read"):
-        window_xml.read(tmp_path)
+        window_reader.read(tmp_path)
 
 
 @pytest.mark.parametrize(

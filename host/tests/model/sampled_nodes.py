@@ -13,9 +13,18 @@ from gonio.geometry.directions import unit_from_angles_deg
 from gonio.model.nodes.frames import level_axes, tangents
 from gonio.model.nodes.node import Node
 
-__all__ = ["MIRROR", "Moving", "dataset", "distribution", "gaussian", "node_with", "spread", "towards"]
+__all__ = ["MIRROR", "Moving", "dataset", "directions", "distribution", "gaussian", "node_with", "spread", "towards"]
 FloatArray = NDArray[np.float64]
 MIRROR = np.array([-1.0, -1.0, 1.0])
+
+
+def directions(n: int, seed: int = 1) -> FloatArray:
+    """Unit vectors (n, 3) all over the upper hemisphere; the last two: pole and horizon."""
+    z, phi = np.random.default_rng(seed).random((2, n))
+    phi *= 2.0 * np.pi
+    z[-2:] = 1.0, 0.0
+    across = np.sqrt(1.0 - z**2)
+    return np.column_stack((across * np.cos(phi), across * np.sin(phi), z))
 
 
 def dataset(

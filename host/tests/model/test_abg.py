@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from gonio.dataset.scattering import Bsdf
-from gonio.formats.patches.average import patch_matrices
+from gonio.formats.patches.average import average
 from gonio.formats.window.klems import BASES
 from gonio.geometry.directions import unit_from_angles_deg
 from gonio.model.analytic import AnalyticScattering, Component, fit_family
@@ -177,7 +177,7 @@ def test_patch_averages_keep_the_exact_integral() -> None:
     averaged over the incident patch, 2 sin cos weighted in theta, to the 1e-4 that the average promises."""
     s = AnalyticScattering({(True, True): abg(0.05, 0.3, 1.5), (True, False): abg(2e-3, 3e-5, 2.3, "transmission")})
     basis = BASES["klems-quarter"]
-    matrices = patch_matrices(s, basis, "exterior", symmetry="isotropic")
+    matrices = average(s, basis, "exterior", symmetry="isotropic").matrices
     node, weight = np.polynomial.legendre.leggauss(12)
     for process, sides in (("Reflection", (True, True)), ("Transmission", (True, False))):
         sums = basis.projected_solid_angle_sr @ matrices[process, "Front"]  # type: ignore[index]

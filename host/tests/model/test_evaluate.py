@@ -1,13 +1,13 @@
 """test_evaluate.py: resolved models at directions: closed forms, edges, and the compiled loop beside numpy's."""
 
 from dataclasses import replace
-from types import ModuleType
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from sampled_nodes import directions
 
 from gonio.model import evaluate as evaluation
 from gonio.model import fallback
@@ -18,22 +18,6 @@ from gonio.model.slices import LEAST_COSINE, PATCH_HALF_WIDTH, Grids, Slices
 
 _model = pytest.importorskip("gonio.model._model")
 FloatArray = NDArray[np.float64]
-
-
-@pytest.fixture(params=[_model, fallback], ids=["compiled", "numpy"])
-def module(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """Who answers."""
-    monkeypatch.setattr(evaluation, "model", request.param)
-    return request.param
-
-
-def directions(n: int, seed: int = 1) -> FloatArray:
-    """Unit vectors (n, 3) all over the upper hemisphere; the last two: pole and horizon."""
-    z, phi = np.random.default_rng(seed).random((2, n))
-    phi *= 2.0 * np.pi
-    z[-2:] = 1.0, 0.0
-    across = np.sqrt(1.0 - z**2)
-    return np.column_stack((across * np.cos(phi), across * np.sin(phi), z))
 
 
 def whitening(covariance: FloatArray) -> FloatArray:
@@ -102,7 +86,8 @@ def test_a_lobe_is_the_lobe(theta: float, phi: float, sigma_deg: tuple[float, fl
     )
 
 
-def test_what_lies_beside_a_lobe_ends_with_its_grid(module: ModuleType) -> None:
+@pytest.mark.usefixtures("who_answers")
+def test_what_lies_beside_a_lobe_ends_with_its_grid() -> None:
     lobe = Lobe(tilted(40.0, 70.0), np.array([[4e-4, 1e-4], [1e-4, 9e-4]]), 0.0)
     grids = Grids.of([plane(9, PATCH_HALF_WIDTH, 5.0, 0.5, -0.25), plane(5, PATCH_HALF_WIDTH, 1.0, 0.0, 0.125)])
     unit = lobe.centre + 0.07 * np.random.default_rng(3).normal(size=(4000, 3))
@@ -117,10 +102,10 @@ def test_what_lies_beside_a_lobe_ends_with_its_grid(module: ModuleType) -> None:
     assert 0.2 < np.mean(inside) < 0.9
     found = evaluate(slices_of([lobe], [[(0, 0.75), (1, 0.5)]]), grids, unit)
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
-    assert module in (_model, fallback)
 
 
-def test_backgrounds_at_rest_turned_and_moved(module: ModuleType) -> None:
+@pytest.mark.usefixtures("who_answers")
+def test_backgrounds_at_rest_turned_and_moved() -> None:
     grids = Grids.of([plane(17, 1.0, 2.0, 0.5, -0.25)])
     unit = directions(2000)
 
@@ -140,10 +125,10 @@ def test_backgrounds_at_rest_turned_and_moved(module: ModuleType) -> None:
     z = np.sqrt(np.maximum(1.0 - np.sum(moved**2, axis=1), 0.0))
     found = evaluate(slices_of([], fields=[(0, 1.0, np.eye(2), shift, True)]), grids, unit)
     np.testing.assert_allclose(found, at(moved) * unit[:, 2] / np.maximum(z, LEAST_COSINE), rtol=1e-7)
-    assert module in (_model, fallback)
 
 
-def test_a_sum_is_not_negative_and_scaled_after(module: ModuleType) -> None:
+@pytest.mark.usefixtures("who_answers")
+def test_a_sum_is_not_negative_and_scaled_after() -> None:
     grids = Grids.of([plane(3, 1.0, 0.0, 1.0, 0.0)])
     unit = directions(500)
     found = evaluate(slices_of([], fields=[(0, 1.0, *STILL)], scale=0.5), grids, unit)
@@ -151,7 +136,6 @@ def test_a_sum_is_not_negative_and_scaled_after(module: ModuleType) -> None:
     lobe = Lobe(np.array([0.0, 0.0, 1.0]), np.eye(2), 10.0)  # more than fills what is missing
     both = evaluate(slices_of([lobe], fields=[(0, 1.0, *STILL)]), grids, unit)
     np.testing.assert_allclose(both, lobe.dsf_per_sr(unit) + disc_from_unit(unit)[:, 0], rtol=1e-12)
-    assert module in (_model, fallback)
 
 
 def any_slices(seed: int, k: int = 7) -> tuple[Slices, Grids]:
@@ -195,7 +179,8 @@ def test_compiled_and_numpy_agree(seed: int, monkeypatch: pytest.MonkeyPatch) ->
     np.testing.assert_allclose(first, evaluate(slices, grids, unit), rtol=1e-9, atol=1e-12)
 
 
-def test_far_from_the_hemisphere_and_no_direction(module: ModuleType) -> None:
+@pytest.mark.usefixtures("who_answers")
+def test_far_from_the_hemisphere_and_no_direction() -> None:
     wide = Lobe(np.array([1.0, 0.0, 0.0]), np.eye(2), 1.0)
     grids = Grids.of([plane(3, 1.0, 1.0, 0.0, 0.0)])
     slices = slices_of([wide], fields=[(0, 1.0, *STILL)])
@@ -204,10 +189,10 @@ def test_far_from_the_hemisphere_and_no_direction(module: ModuleType) -> None:
     nowhere = np.array([[np.nan, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 0.0, 0.0], [np.inf, 0.0, 0.0]])
     assert np.all(np.isnan(evaluate(slices, grids, nowhere)))
     assert len(evaluate(slices, grids, np.zeros((0, 3)), np.zeros(0, dtype=np.int64))) == 0
-    assert module in (_model, fallback)
 
 
-def test_indices_that_lead_nowhere_are_refused(module: ModuleType) -> None:
+@pytest.mark.usefixtures("who_answers")
+def test_indices_that_lead_nowhere_are_refused() -> None:
     slices, grids = any_slices(4)
     unit = directions(3)
     assert len(slices.patch_grid)
@@ -234,4 +219,3 @@ def test_indices_that_lead_nowhere_are_refused(module: ModuleType) -> None:
     ):
         with pytest.raises(ValueError, match=r"do not fit|is needed|are needed|does not lie|no such grid|as long as"):
             evaluate(slices, bad, unit)
-    assert module in (_model, fallback)

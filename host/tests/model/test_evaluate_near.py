@@ -5,8 +5,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from sampled_nodes import directions
 
-from gonio.model import evaluate as evaluation
 from gonio.model import fallback
 from gonio.model.evaluate import lobes_at, near_lobes
 from gonio.model.hemisphere import disc_from_unit, tangent_axes
@@ -14,21 +14,6 @@ from gonio.model.lobe import Lobe
 
 _model = pytest.importorskip("gonio.model._model")
 FloatArray = NDArray[np.float64]
-
-
-@pytest.fixture(params=[_model, fallback], ids=["compiled", "numpy"])
-def module(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """Who answers."""
-    monkeypatch.setattr(evaluation, "model", request.param)
-    return request.param
-
-
-def directions(n: int, seed: int = 1) -> FloatArray:
-    """Unit vectors (n, 3) all over the upper hemisphere."""
-    z, phi = np.random.default_rng(seed).random((2, n))
-    phi *= 2.0 * np.pi
-    across = np.sqrt(1.0 - z**2)
-    return np.column_stack((across * np.cos(phi), across * np.sin(phi), z))
 
 
 LOBES = (
@@ -40,7 +25,7 @@ FRAME = tangent_axes(np.array([one.centre for one in LOBES]))
 WHITENING = np.array([np.linalg.inv(np.linalg.cholesky(one.covariance_rad2)) for one in LOBES])
 
 
-@pytest.mark.usefixtures("module")
+@pytest.mark.usefixtures("who_answers")
 def test_lobes_alone_are_their_sum() -> None:
     unit = directions(3000)
     peak = np.array([one.peak_per_sr for one in LOBES])
@@ -49,7 +34,7 @@ def test_lobes_alone_are_their_sum() -> None:
     assert not np.any(lobes_at(FRAME[:0], WHITENING[:0], peak[:0], unit))
 
 
-@pytest.mark.usefixtures("module")
+@pytest.mark.usefixtures("who_answers")
 def test_points_near_lobes() -> None:
     unit = directions(3000, 2)
     rows, places = near_lobes(FRAME, WHITENING, unit, 2.5)

@@ -1,26 +1,17 @@
 """test_grid_fit.py: grids through scattered points: exact where they must be, near where they can be, over holes."""
 
-from types import ModuleType
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from gonio.model import fallback, grid_fit
+from gonio.model import fallback
 from gonio.model.grid_fit import fit_grid, grid_at, suitable_size
 from gonio.model.hemisphere import disc_from_unit, unit_from_disc
 
 _model = pytest.importorskip("gonio.model._model")
 FloatArray = NDArray[np.float64]
-
-
-@pytest.fixture(params=[_model, fallback], ids=["compiled", "numpy"])
-def _module(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """Who answers."""
-    monkeypatch.setattr(grid_fit, "model", request.param)
-    return request.param
 
 
 def disc_points(n: int, seed: int = 1) -> FloatArray:
@@ -53,13 +44,13 @@ def fitted(position: FloatArray, value: FloatArray, size: int, noise: FloatArray
     return fit_grid(position, value, variance, np.ones(len(value)), half_width=1.0, size=size)
 
 
-@pytest.mark.usefixtures("_module")
+@pytest.mark.usefixtures("who_answers")
 def test_a_constant_stays_one() -> None:
     nodes = fitted(disc_points(500), np.full(500, 3.25), 33, noise=0.5)
     np.testing.assert_allclose(nodes, 3.25, rtol=1e-12)
 
 
-@pytest.mark.usefixtures("_module")
+@pytest.mark.usefixtures("who_answers")
 @pytest.mark.parametrize("pitch_deg", [1.0, 2.0])
 def test_smooth_functions_are_kept_well_under_a_percent(pitch_deg: float) -> None:
     position = rings(pitch_deg)
@@ -70,7 +61,7 @@ def test_smooth_functions_are_kept_well_under_a_percent(pitch_deg: float) -> Non
     assert np.max(np.abs(off)) < 0.01 * pitch_deg**2
 
 
-@pytest.mark.usefixtures("_module")
+@pytest.mark.usefixtures("who_answers")
 def test_noise_is_taken_off_and_more_points_take_off_more() -> None:
     left = []
     for n in (5000, 80_000):
@@ -87,7 +78,7 @@ def test_noise_is_taken_off_and_more_points_take_off_more() -> None:
     assert left[1] < 0.01
 
 
-@pytest.mark.usefixtures("_module")
+@pytest.mark.usefixtures("who_answers")
 def test_holes_are_spanned_smoothly() -> None:
     """A cosine is a paraboloid on the disc: a plate has its curvature, a membrane sags by radius squared."""
     position = disc_points(20_000, 6)
@@ -98,7 +89,7 @@ def test_holes_are_spanned_smoothly() -> None:
         assert np.max(np.abs(grid_at(nodes, 1.0, within) - unit_from_disc(within)[:, 2])) < 0.2 * radius**2
 
 
-@pytest.mark.usefixtures("_module")
+@pytest.mark.usefixtures("who_answers")
 def test_weights_decide_between_points_at_one_place() -> None:
     position = np.repeat(disc_points(2000, 8), 2, axis=0)
     value = np.tile([1.0, 4.0], 2000)
@@ -107,7 +98,7 @@ def test_weights_decide_between_points_at_one_place() -> None:
     np.testing.assert_allclose(nodes, 2.0, rtol=1e-12)
 
 
-@pytest.mark.usefixtures("_module")
+@pytest.mark.usefixtures("who_answers")
 def test_points_without_weight_value_or_place_are_passed_over() -> None:
     position = np.concatenate((disc_points(1000), [[0.1, 0.1], [0.1, 0.1], [1.5, 0.0], [np.nan, 0.0]]))
     value = np.concatenate((np.ones(1000), [99.0, np.nan, 99.0, 99.0]))
@@ -118,7 +109,7 @@ def test_points_without_weight_value_or_place_are_passed_over() -> None:
     np.testing.assert_array_equal(nothing, np.zeros((5, 5)))
 
 
-@pytest.mark.usefixtures("_module")
+@pytest.mark.usefixtures("who_answers")
 def test_places_on_nodes_and_rim() -> None:
     """Where all points lie on nodes, the nodes are their values."""
     x = np.linspace(-2.0, 2.0, 17)
@@ -130,7 +121,7 @@ def test_places_on_nodes_and_rim() -> None:
     np.testing.assert_allclose(grid_at(nodes, 2.0, np.array([[9.0, -9.0]])), nodes[0, -1])
 
 
-@pytest.mark.usefixtures("_module")
+@pytest.mark.usefixtures("who_answers")
 @pytest.mark.parametrize("size", [0, 1, 4, 100])
 def test_other_sizes_are_refused(size: int) -> None:
     with pytest.raises(ValueError, match=r"2\^p \+ 1"):
@@ -159,7 +150,7 @@ def test_any_points_stay_within_bounds_and_numpy_agrees(
     np.testing.assert_allclose(_model.grid_at(nodes, 1.0, at), fallback.grid_at(nodes, 1.0, at), atol=1e-12)
 
 
-@pytest.mark.usefixtures("_module")
+@pytest.mark.usefixtures("who_answers")
 def test_suitable_size_follows_the_points() -> None:
     assert suitable_size(rings(1.0), 1.0) == 129
     assert suitable_size(rings(2.0), 1.0) == 65

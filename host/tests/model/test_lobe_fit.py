@@ -1,4 +1,4 @@
-"""Lobes of distributions in closed form: found, of the right size, and none where there is none."""
+"""test_lobe_fit.py: lobes of distributions in closed form: found, of the right size, and none where there is none."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Values, derivatives and transformations of the lobe that is fitted, against differences and closed forms."""
+"""test_lobe_gauss.py: values, derivatives and transformations of the lobe that is fitted."""
 
 import numpy as np
 import pytest

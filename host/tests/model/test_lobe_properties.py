@@ -1,4 +1,4 @@
-"""Any scene of two lobes that can be told apart is found; a scene that is turned or scaled has its lobes so."""
+"""test_lobe_properties.py: two lobes that can be told apart are found; a scene turned or scaled has its lobes so."""
 
 import numpy as np
 from hypothesis import assume, given, settings

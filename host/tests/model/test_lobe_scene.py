@@ -1,4 +1,4 @@
-"""Points in cells: no solid angle is lost, parts are scattered, means know how far their directions spread."""
+"""test_lobe_scene.py: points in cells: no solid angle is lost, parts are scattered, means know their spread."""
 
 import numpy as np
 import pytest

@@ -42,9 +42,6 @@ def test_values_at_a_wavelength(tmp_path: Path) -> None:
     assert sphere.rows("rho_total", at, side="back") == ()
     assert sphere.openness(at) == pytest.approx(0.055)
     assert sphere.by_layers("tau_total", at) == {1: 0.125, 2: 0.025, 3: 0.006}
-    one = next(s for s in sphere.spectra if s.layers == 1 and s.theta_i_deg == 0.0)
-    assert one.direct("tau") == pytest.approx([0.055, 0.055, 0.055])
-    assert one.direct("rho") == pytest.approx([0.0, 0.0, 0.0])
 
 
 def test_band_means(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""test_tables.py: datasets and WINDOW files as tables to draw from: the map, energy, sides, and light through them."""
+"""test_scatter_tables.py: datasets and WINDOW files as tables to draw from: map, energy, sides, light through them."""
 
 from pathlib import Path
 

@@ -40,18 +40,6 @@ class PatchMatrices:
     error: dict[Key, FloatArray] = field(default_factory=dict)
 
 
-def patch_matrices(
-    scattering: Scattering,
-    basis: KlemsBasis,
-    front_faces: Side,
-    *,
-    tolerance: float = TOLERANCE,
-    symmetry: Symmetry = "undeclared",
-) -> dict[Key, FloatArray]:
-    """`average` without its errors."""
-    return average(scattering, basis, front_faces, tolerance=tolerance, symmetry=symmetry).matrices
-
-
 def average(
     scattering: Scattering,
     basis: KlemsBasis,

@@ -48,17 +48,27 @@ def range_nm(text: str) -> tuple[float, float] | None:
 
 
 def bands_of(bsdf: Bsdf, given: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-    """Band [nm] of every channel of which one is known: as given, else as the dataset states it, else by its name."""
+    """Band [nm] of every channel of which one is known: as given, else as the dataset states it, else by its name.
+
+    UsageError for a channel that is not there, and where all that is known are single wavelengths."""
     for name in given:
         if name not in bsdf.channels:
             raise UsageError(f"--solar-band: no channel {name!r}; there is {', '.join(bsdf.channels)}")
     found = {}
+    single = []
     for name in bsdf.channels:
         stated = bsdf.band_nm.get(name)
         wide = stated if stated is not None and stated[1] > stated[0] else None
         band = given.get(name) or wide or range_nm(name) or _NAMED_BANDS_NM.get(name.lower())
         if band is not None:
             found[name] = band
+        elif stated is not None:
+            single.append(name)
+    if single and not found:
+        raise UsageError(
+            f"{', '.join(single)}: of one wavelength each: say which part of the sun each stands for, for every one "
+            f"--solar-band '{single[0]}=FROM-TO' in nm"
+        )
     return found
 
 

@@ -29,6 +29,7 @@ HEADER = (
     "count",
     "flags",
 )
+UNCERTAINTY = ("u_dsf_per_sr", "u_combined_per_sr")
 HORIZON_DEG = 0.001  # nearer to it a BSDF is singular
 # Comment lines that hold the dataset's own fields.
 FIELDS = ("sample_name", "front_faces", "polarisation", "symmetry", "manufacturer")
@@ -41,8 +42,8 @@ def write(dataset: Dataset, path: Path, *, channel: str | None = None) -> int:
     `u_dsf_per_sr` is the standard uncertainty of the independent part, `u_combined_per_sr` of independent and
     systematic parts together (k = 1), of one point: systematic parts move all points together. BSDF = DSF /
     |cos theta_s|, empty within HORIZON_DEG of grazing, where it is singular. A masked point has empty values and its
-    reasons in `flags`. The file is written whole or not at all. UsageError for a channel that is not there and for
-    points that are not normalised.
+    reasons in `flags`. Where no uncertainty of any point is known, as of a model's, its columns are left away. The file
+    is written whole or not at all. UsageError for a channel that is not there and for points that are not normalised.
     """
     present = sorted({d.channel for d in dataset.distributions})
     if channel is not None and channel not in present:
@@ -60,24 +61,26 @@ def write(dataset: Dataset, path: Path, *, channel: str | None = None) -> int:
         out.write(f"# wavelength_nm: {wavelength_nm!r} {_line(name)}\n")
     out.write("# theta from the front normal, 0-180; phi from +x towards +y; directions point away from the sample\n")
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(HEADER)
+    known = any(np.isfinite(d.variance_per_sr2).any() for d in chosen)
+    writer.writerow([name for name in HEADER if known or name not in UNCERTAINTY])
     for d in chosen:
-        writer.writerows(_rows(d))
+        writer.writerows(_rows(d, known=known))
     atomic.write_bytes(path, out.getvalue().encode("utf-8"))
     return sum(len(d.theta_deg) for d in chosen)
 
 
-def _rows(d: Distribution) -> Iterator[list[Any]]:
+def _rows(d: Distribution, *, known: bool) -> Iterator[list[Any]]:
+    """Cells of each point; of its uncertainty where it is `known`."""
     cosine = np.abs(np.cos(np.radians(d.theta_deg)))
     singular = cosine < np.sin(np.radians(HORIZON_DEG))
     bsdf = np.divide(d.dsf_per_sr, cosine, out=np.full_like(cosine, np.nan), where=~singular)
     names = {int(flag): _names(int(flag)) for flag in np.unique(d.flags)}
+    uncertainty = (np.sqrt(d.variance_per_sr2), combined_u_per_sr(d)) if known else ()
     columns = (
         shortest(d.theta_deg),
         shortest(d.phi_deg),
         _cells(shortest(d.dsf_per_sr)),
-        _cells(_twelve_digits(np.sqrt(d.variance_per_sr2))),
-        _cells(_twelve_digits(combined_u_per_sr(d))),
+        *(_cells(_twelve_digits(u)) for u in uncertainty),
         _cells(_twelve_digits(bsdf)),
         shortest(d.solid_angle_sr),
         d.count.tolist(),

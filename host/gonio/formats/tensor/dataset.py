@@ -17,7 +17,6 @@ from gonio.units.errors import UsageError
 
 FloatArray = NDArray[np.float64]
 
-FORMAT = "tensor tree XML"
 _THETA_DEG = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0)
 _AZIMUTHS = 8  # of a tree without symmetry
 _DIGITS = 3  # that trees are written with at least
@@ -50,18 +49,7 @@ def read_dataset(
         "values": "averages over cells of the tree, not values of directions: DSF = B L / Omega in the cells' middle",
         "uncertainty": f"none stated in the file; variance is that of rounding to {_DIGITS} digits",
     }
-    return (
-        Dataset(
-            distributions,
-            sample_name=bsdf.sample_name,
-            front_faces=bsdf.front_faces,
-            symmetry=bsdf.symmetry,
-            thickness_mm=bsdf.thickness_mm,
-            manufacturer=bsdf.manufacturer,
-            provenance=provenance,
-        ),
-        remarks,
-    )
+    return bsdf.as_dataset(distributions, provenance), remarks
 
 
 def _usual(scattering: TreeScattering, dimensions: int) -> list[tuple[float, float]]:

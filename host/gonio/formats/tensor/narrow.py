@@ -12,7 +12,7 @@ from gonio.formats.tensor.cells import CellIntegrator
 from gonio.formats.tensor.forced import peak_places
 from gonio.formats.tensor.frame import incident_on_diagonal, incident_points, turned
 from gonio.formats.tensor.piecewise import PiecewiseIntegrator
-from gonio.formats.tensor.square import IndexArray, cell_points, on_diagonal, packed
+from gonio.formats.tensor.square import IndexArray, cell_points, distinct, on_diagonal, packed
 
 FloatArray = NDArray[np.float64]
 _INCIDENT_POINTS = {3: 12, 4: 4}  # Gauss points per side of the incident cell
@@ -86,9 +86,11 @@ def _unit_means(
         group = np.flatnonzero(crossed == diagonal)
         for start in range(0, len(group), _UNITS_AT_ONCE):
             part = group[start : start + _UNITS_AT_ONCE]
-            points, weight = cell_points(cell[part], level, _OUTGOING_POINTS, diagonal=diagonal)
+            own, which_cell = distinct(cell[part], level)  # of few cells, each for many incident directions
+            points, weight = cell_points(own, level, _OUTGOING_POINTS, diagonal=diagonal)
             count = points.shape[1]
             outgoing = turned(points * [1.0, 1.0, integrator.component.outgoing_z], integrator.front_faces)
+            outgoing, weight = outgoing[which_cell], weight[which_cell]
             present, which = np.unique(row[part], return_inverse=True)
             dsf = integrator.scattering.dsf_per_sr(
                 incident[present], outgoing.reshape(-1, 3), np.repeat(which, count).astype(np.int64)

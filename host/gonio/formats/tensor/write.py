@@ -14,6 +14,7 @@ from gonio.formats.tensor.material import material_text
 from gonio.units.errors import UsageError
 
 LEAST_RESOLUTION, MOST_RESOLUTION = 2, 9
+DEFAULT_RESOLUTION = {3: 7, 4: 5}  # of four dimensions every step of the resolution makes 16 times the cells
 DEFAULT_MB = 2.0  # of a file without a limit
 BANDS = ("Visible", "Solar")
 TRISTIMULUS = ("CIE-X", "CIE-Y", "CIE-Z")
@@ -27,7 +28,7 @@ def write_tensor(
     path: Path,
     *,
     dimensions: int,
-    resolution: int = 7,
+    resolution: int | None = None,
     leaves: int | None = None,
     size_mb: float | None = None,
     percent: float | None = None,
@@ -40,14 +41,15 @@ def write_tensor(
     """Writes a tensor tree, whole or not at all, and returns remarks, one sentence each.
 
     `dimensions`: 3 for a sample that is declared isotropic, else 4. `resolution` k: the finest cells are 2^-k of an
-    axis. One limit of the file: `leaves`, `size_mb` (10^6 bytes), or `percent`, the share of a full tree's leaves to
-    take away by the measure of Radiance's rttree_reduce. `channels`: names of ours for Visible and Solar, or for CIE-X,
-    CIE-Y and CIE-Z. `material`: a file for Radiance with the materials that use this one; `cells`: a CSV of all leaves
-    with their origin. Raises UsageError where something is undeclared or cannot be written, CheckFailed where energy
-    exceeds 1.
+    axis; None: DEFAULT_RESOLUTION. One limit of the file: `leaves`, `size_mb` (10^6 bytes), or `percent`, the share of
+    a full tree's leaves to take away by the measure of Radiance's rttree_reduce. `channels`: names of ours for Visible
+    and Solar, or for CIE-X, CIE-Y and CIE-Z. `material`: a file for Radiance with the materials that use this one;
+    `cells`: a CSV of all leaves with their origin. Raises UsageError where something is undeclared or cannot be
+    written, CheckFailed where energy exceeds 1.
     """
     faces = bsdf.front_faces if front is None else front
     _check(bsdf, dimensions, resolution, [leaves, size_mb, percent])
+    k = DEFAULT_RESOLUTION[dimensions] if resolution is None else resolution
     wanted = _channels(bsdf, channels)
     if leaves is None and percent is None:
         size_mb = DEFAULT_MB if size_mb is None else size_mb
@@ -55,7 +57,7 @@ def write_tensor(
     room = None if size_mb is None else size_mb * 1e6 - _HEADER_BYTES - sum(map(len, said))
     if room is not None and room <= 0:
         raise UsageError(f"{size_mb:g} MB are less than what a file says beside its tree: allow more")
-    built = build(bsdf, wanted, faces, dimensions, resolution, Limit(leaves, room, percent), rescaled=rescale)
+    built = build(bsdf, wanted, faces, dimensions, k, Limit(leaves, room, percent), rescaled=rescale)
     document = _document(bsdf, built, dimensions, [*said, *built.remarks, *_origins(built)])
     files = {path: document}
     if material is not None:
@@ -64,13 +66,16 @@ def write_tensor(
         files[cells] = cells_table(built, path.name)
     atomic.write_set(files)
     count = sum(own.chosen.leaves for own in built.leaves.values())
-    return [*built.remarks, f"{count} leaves, resolution {resolution}, {len(document) / 1e6:.3f} MB."]
+    remarks = [*built.remarks, f"{count} leaves, resolution {k}, {len(document) / 1e6:.3f} MB."]
+    if dimensions == 4 and bsdf.symmetry == "isotropic":
+        remarks.append("The sample is isotropic: 3 dimensions (tensor3) hold all of it, finer, in a file of this size.")
+    return remarks
 
 
-def _check(bsdf: Bsdf, dimensions: int, resolution: int, limits: list[int | float | None]) -> None:
+def _check(bsdf: Bsdf, dimensions: int, resolution: int | None, limits: list[int | float | None]) -> None:
     if dimensions not in (3, 4):
         raise UsageError(f"a tensor tree has 3 or 4 dimensions, not {dimensions}")
-    if not LEAST_RESOLUTION <= resolution <= MOST_RESOLUTION:
+    if resolution is not None and not LEAST_RESOLUTION <= resolution <= MOST_RESOLUTION:
         raise UsageError(f"resolution {resolution}: choose {LEAST_RESOLUTION} to {MOST_RESOLUTION}")
     if dimensions == 3 and bsdf.symmetry != "isotropic":
         raise UsageError(

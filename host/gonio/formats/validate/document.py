@@ -1,4 +1,4 @@
-"""document.py: what a BSDF XML file says beside its values: schema, fields of the material."""
+"""document.py: what a BSDF XML file says beside its values: schema, sides, fields of the material."""
 
 import importlib.resources
 import itertools
@@ -8,6 +8,7 @@ from typing import Literal
 
 import xmlschema
 
+from gonio.formats import validity
 from gonio.formats.findings import Findings
 from gonio.formats.window.klems import BASES
 from gonio.formats.window.read import WindowBsdf
@@ -35,6 +36,22 @@ def check_schema(root: ET.Element, findings: Findings, profile: Profile) -> None
     for error in itertools.islice(errors, _MOST_SCHEMA_ERRORS):
         where = (error.path or "").rpartition("}")[2].rpartition("/")[2] or "document"
         findings.add(graver_for_window(profile), "schema", where, " ".join((error.reason or "not valid").split())[:200])
+
+
+def note_sides(findings: Findings, comments: str) -> None:
+    """Which side of the sample the file's Front is."""
+    faces = validity.front_faces_of(comments)
+    meaning = "Front is light from the exterior" + (
+        "; the file does not say which side of the sample that is"
+        if faces is None
+        else f", where the sample's {'front' if faces == 'exterior' else 'back'} faces"
+    )
+    findings.add("note", "sides", "WavelengthDataDirection", meaning)
+
+
+def note_copied(findings: Findings) -> None:
+    """Of a file whose Solar values are the Visible ones."""
+    findings.add("note", "copied", "Solar", "is the same as Visible: was one copied, or is the sample spectrally flat?")
 
 
 def check_fields(content: WindowBsdf, profile: Profile) -> None:

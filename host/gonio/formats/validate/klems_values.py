@@ -5,8 +5,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from gonio.formats import validity
-from gonio.formats.validate.document import Profile, graver_for_window
+from gonio.formats.validate.document import Profile, graver_for_window, note_copied, note_sides
 from gonio.formats.window.klems import KlemsBasis
 from gonio.formats.window.matrices import BANDS, PROCESSES, SIDES, Band
 from gonio.formats.window.read import WindowBsdf
@@ -30,13 +29,7 @@ def _basis_and_sides(content: WindowBsdf) -> None:
     basis, findings = content.basis, content.findings
     counts = " ".join(str(ring.patches) for ring in basis.rings)
     findings.add("note", "basis-used", basis.name[:40], f"{basis.size} patches in rings of {counts}")
-    faces = validity.front_faces_of(content.text.get("Comments", ""))
-    meaning = "Front is light from the exterior" + (
-        "; the file does not say which side of the sample that is"
-        if faces is None
-        else f", where the sample's {'front' if faces == 'exterior' else 'back'} faces"
-    )
-    findings.add("note", "sides", "WavelengthDataDirection", meaning)
+    note_sides(findings, content.text.get("Comments", ""))
 
 
 def _blocks(content: WindowBsdf, profile: Profile) -> None:
@@ -59,9 +52,7 @@ def _copies(content: WindowBsdf) -> None:
     ]
     both = [(a, b) for a, b in pairs if a is not None and b is not None and (a.any() or b.any())]
     if both and all(np.array_equal(a, b) for a, b in both):
-        content.findings.add(
-            "note", "copied", "Solar", "is the same as Visible: was one copied, or is the sample spectrally flat?"
-        )
+        note_copied(content.findings)
     for band in dict.fromkeys(key[0] for key in content.matrices):
         for process in PROCESSES:
             front, back = (content.matrices.get((band, process, side)) for side in SIDES)

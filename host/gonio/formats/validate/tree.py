@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gonio.formats import validity
 from gonio.formats.findings import Findings
 from gonio.formats.tensor.flat import FlatTree
 from gonio.formats.tensor.frame import COMPONENTS, Component, place_of
 from gonio.formats.tensor.read import TensorFile, read_file
 from gonio.formats.tensor.tree import slices
-from gonio.formats.validate.document import Profile
+from gonio.formats.validate.document import Profile, note_copied, note_sides
 from gonio.formats.validate.klems_values import residual_of
 
 FloatArray = NDArray[np.float64]
@@ -45,13 +44,7 @@ def _basis_and_sides(file: TensorFile) -> None:
     cells = sum(len(tree.values) for trees in file.trees.values() for tree in trees.values())
     what = f"{file.dimensions} dimensions, finest cells 1/{1 << finest} of an axis (k = {finest}), {cells} cells"
     file.findings.add("note", "basis-used", "LBNL/Shirley-Chiu", what)
-    faces = validity.front_faces_of(file.comments)
-    meaning = "Front is light from the exterior" + (
-        "; the file does not say which side of the sample that is"
-        if faces is None
-        else f", where the sample's {'front' if faces == 'exterior' else 'back'} faces"
-    )
-    file.findings.add("note", "sides", "WavelengthDataDirection", meaning)
+    note_sides(file.findings, file.comments)
 
 
 def _blocks(file: TensorFile, profile: Profile) -> None:
@@ -76,9 +69,7 @@ def _copies(file: TensorFile) -> None:
     if visible is None or solar is None or visible.keys() != solar.keys():
         return
     if all(np.array_equal(tree.values, solar[component].values) for component, tree in visible.items()):
-        file.findings.add(
-            "note", "copied", "Solar", "is the same as Visible: was one copied, or is the sample spectrally flat?"
-        )
+        note_copied(file.findings)
 
 
 def _sums(file: TensorFile, band: str, trees: dict[Component, FlatTree]) -> None:

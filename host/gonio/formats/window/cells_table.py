@@ -8,20 +8,7 @@ import numpy as np
 
 from gonio.dataset.scattering import Origin
 from gonio.formats.window.matrices import KlemsMatrices
-
-COLUMNS = (
-    "band",
-    "process",
-    "light_from",
-    "incident_patch",
-    "outgoing_patch",
-    "incident_theta_deg",
-    "incident_azimuth_deg",
-    "outgoing_theta_deg",
-    "outgoing_azimuth_deg",
-    "bsdf_per_sr",
-    "origin",
-)
+from gonio.formats.window.patch_table import PLACE
 
 
 def render(made: KlemsMatrices) -> bytes:
@@ -30,7 +17,7 @@ def render(made: KlemsMatrices) -> bytes:
     out = io.StringIO(newline="")
     out.write(f"# gonio: origin of the cells of {made.basis.name}\n")
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    writer.writerow([*PLACE, "origin"])
     words = [kind.name.lower() for kind in Origin]
     centres = [(f"{theta:g}", f"{azimuth:g}") for theta, azimuth in made.basis.centres_deg.tolist()]
     size = made.basis.size

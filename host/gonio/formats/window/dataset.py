@@ -14,8 +14,6 @@ from gonio.units.errors import UsageError
 
 FloatArray = NDArray[np.float64]
 
-FORMAT = "WINDOW XML, Klems matrices"
-
 
 def read_dataset(path: Path, front: Side | None = None) -> tuple[Dataset, list[str]]:
     """A dataset of all bands (channels visible, solar, ...) and remarks, one sentence each.
@@ -44,18 +42,7 @@ def read_dataset(path: Path, front: Side | None = None) -> tuple[Dataset, list[s
         "values": "averages over pairs of patches, not values of directions: DSF = B L / Omega at the patches' centres",
         "uncertainty": "none stated in the file; variance is that of rounding to the last digit",
     }
-    return (
-        Dataset(
-            distributions,
-            sample_name=bsdf.sample_name,
-            front_faces=bsdf.front_faces,
-            symmetry=bsdf.symmetry,
-            thickness_mm=bsdf.thickness_mm,
-            manufacturer=bsdf.manufacturer,
-            provenance=provenance,
-        ),
-        remarks,
-    )
+    return bsdf.as_dataset(distributions, provenance), remarks
 
 
 def solid_angle_sr(basis: KlemsBasis) -> FloatArray:

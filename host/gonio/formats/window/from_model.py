@@ -56,7 +56,7 @@ def channels_of(bsdf: Bsdf, *, channel: str | None = None, xyz: Mapping[str, str
     if channel is not None:
         _known(bsdf, channel)
         if channel.lower() != "solar":
-            found = {"Visible": channel, **{band: name for band, name in found.items() if name == "solar"}}
+            found = {"Visible": channel, **{band: name for band, name in found.items() if band == "Solar"}}
         else:
             found = {"Solar": channel}
     if xyz is not None:

@@ -137,12 +137,11 @@ class KlemsMatrices:
 
 @dataclass(frozen=True)
 class _Incident:
-    """One measured incident direction in Radiance's frame; profiles have their azimuth zero at `zero_deg`."""
+    """One measured incident direction in Radiance's frame; an isotropic sample's profiles count from its azimuth."""
 
     side: LightSide
     polar_deg: float
     azimuth_deg: float  # of the column
-    zero_deg: float
     profiles: dict[Process, HemisphereProfile]
 
 
@@ -220,7 +219,7 @@ def _incident(basis: KlemsBasis, points: Distribution, faces: Side, isotropic: b
         profile = hemisphere_profile(basis, points, theta_r if interior else 180.0 - theta_r, phi_r - zero)
         if profile is not None:
             profiles[process_of(side, interior)] = profile
-    return _Incident(side, polar, azimuth, zero, profiles)
+    return _Incident(side, polar, azimuth, profiles)
 
 
 def _fill_block(basis: KlemsBasis, incidents: list[_Incident], isotropic: bool, fill: Fill) -> MatrixSet:

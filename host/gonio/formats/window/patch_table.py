@@ -8,7 +8,7 @@ import numpy as np
 from gonio.dataset.effects import effect_of
 from gonio.formats.window.matrices import KlemsMatrices
 
-COLUMNS = (
+PLACE = (
     "band",
     "process",
     "light_from",
@@ -19,9 +19,8 @@ COLUMNS = (
     "outgoing_theta_deg",
     "outgoing_azimuth_deg",
     "bsdf_per_sr",
-    "u_per_sr",
-    "u_independent_per_sr",
 )
+COLUMNS = (*PLACE, "u_per_sr", "u_independent_per_sr")
 
 
 def render(built: KlemsMatrices) -> bytes:

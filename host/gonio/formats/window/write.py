@@ -15,9 +15,6 @@ from gonio.formats.validity import FRONT_SENTENCE
 from gonio.formats.window import patch_table
 from gonio.formats.window.klems import KlemsBasis, LightSide, Process
 from gonio.formats.window.matrices import PROCESSES, SIDES, Band, Fill, KlemsMatrices, build
-from gonio.formats.window.read import WindowBsdf, read
-
-__all__ = ["NAMESPACE", "ThermalValues", "WindowBsdf", "read", "render", "write"]
 
 NAMESPACE = "http://windows.lbl.gov"
 

@@ -28,7 +28,6 @@ class ABg:
         Parameter("B", "1", 1e-14, 1e3, True, "B^(1/g) is where the flat top turns into the power law"),
         Parameter("g", "1", 0.0, 12.0, False, "slope of the power law"),
     )
-    reciprocal = True
     per_direction = True
 
     def bsdf_per_sr(

@@ -117,7 +117,7 @@ class Component:
 
     @staticmethod
     def from_json(stored: dict[str, Any]) -> "Component":
-        """Inverse of `to_json`. Raises UsageError, KeyError, ValueError."""
+        """Inverse of `to_json`. Raises UsageError, LookupError, TypeError, ValueError."""
         family = family_of(stored["family"])
         names = list(stored["parameters"])
         order = [names.index(p.name) for p in family.parameters]

@@ -29,8 +29,7 @@ class Family(Protocol):
     mirror reflection and straight transmission are both (-x, -y, z) of the incident direction.
 
     `values` (k, p): the parameters for each of k incident directions (k, 3); `which` (m,): row of each of m outgoing
-    directions (m, 3). `reciprocal`: with parameters that do not depend on the incident direction, swapping both
-    directions changes nothing. `per_direction`: the parameters may depend on theta_i; else one set holds for all.
+    directions (m, 3). `per_direction`: the parameters may depend on theta_i; else one set holds for all.
     """
 
     @property
@@ -44,9 +43,6 @@ class Family(Protocol):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]: ...
-
-    @property
-    def reciprocal(self) -> bool: ...
 
     @property
     def per_direction(self) -> bool: ...

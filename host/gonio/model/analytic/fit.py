@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from gonio.dataset.bsdf import Dataset, Distribution, Symmetry
-from gonio.dataset.scattering import Bsdf, FloatArray, MeasuredIntegral
+from gonio.dataset.scattering import Bsdf, FloatArray, MeasuredIntegral, wavelength_bands_nm
 from gonio.model.analytic import reporting
 from gonio.model.analytic.component import Component
 from gonio.model.analytic.component_fit import by_polar_angle, fit_component, theta_deg
@@ -79,6 +79,7 @@ def fit_family(
         symmetry="isotropic",
         polarisation=dataset.polarisation,
         thickness_mm=dataset.thickness_mm,
+        band_nm={name: band for name, band in wavelength_bands_nm(dataset).items() if name in wanted},
         provenance=dict(dataset.provenance),
     )
     record: dict[str, Any] = {"kind": KIND, "family": family, "symmetry": "isotropic", "channels": {}}

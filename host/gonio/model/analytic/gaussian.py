@@ -30,7 +30,6 @@ class Gaussian:
         Parameter("same_peak", "1/sr", 0.0, 1e7, False, "DSF of the retro lobe"),
         Parameter("same_sigma", "deg", 0.05, 60.0, True, "its standard deviation"),
     )
-    reciprocal = False
     per_direction = True
 
     def bsdf_per_sr(

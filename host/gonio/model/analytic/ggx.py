@@ -39,7 +39,6 @@ class _Reflection:
     """What both kinds of Fresnel factor share: BRDF = diffuse / pi + F G D / (4 cos cos)."""
 
     processes: tuple[Process, ...] = ("reflection",)
-    reciprocal = True
     per_direction = False
 
     def _fresnel(self, cosine: FloatArray, of_surface: FloatArray) -> FloatArray:
@@ -122,7 +121,6 @@ class GGXThrough:
         ROUGHNESS,
         Parameter("index", "1", 1.01, 4.0, True, "refractive index on the leaving side over that on the light's side"),
     )
-    reciprocal = False
     per_direction = False
 
     def bsdf_per_sr(

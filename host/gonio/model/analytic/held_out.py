@@ -70,13 +70,4 @@ def _tied(component: Component, directions: Sequence[Points]) -> Component:
 
 
 def _rows(points: Points, *, back: bool) -> Points:
-    kept = (np.arange(len(points.dsf_per_sr)) % _EVERY == 0) == back
-    return Points(
-        points.incident,
-        points.unit[kept],
-        points.dsf_per_sr[kept],
-        points.variance_per_sr2[kept],
-        points.solid_angle_sr[kept] * (points.solid_angle_sr.sum() / points.solid_angle_sr[kept].sum()),
-        points.stated,
-        points.stated_u,
-    )
+    return points.some((np.arange(len(points.dsf_per_sr)) % _EVERY == 0) == back)

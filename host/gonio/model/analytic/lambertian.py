@@ -13,7 +13,6 @@ class Lambertian:
     source = "Lambert 1760: BSDF = share / pi"
     processes: tuple[Process, ...] = ("reflection", "transmission")
     parameters = (Parameter("share", "1", 0.0, 1.0, False, "hemispherical reflectance or transmittance"),)
-    reciprocal = True
     per_direction = True
 
     def bsdf_per_sr(

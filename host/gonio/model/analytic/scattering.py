@@ -88,7 +88,7 @@ class AnalyticScattering:
 
     @staticmethod
     def from_json(stored: dict[str, Any]) -> "AnalyticScattering":
-        """Inverse of `to_json`. Raises UsageError, KeyError, ValueError."""
+        """Inverse of `to_json`. Raises UsageError or what Python raises for values of another shape."""
         if stored.get("kind") != KIND:
             raise ValueError(f"kind is {stored.get('kind')!r}, not {KIND!r}")
         components = {

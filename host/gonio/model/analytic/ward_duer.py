@@ -21,7 +21,6 @@ class WardDuer:
         Parameter("specular", "1", 1e-5, 1.0, True, "weight of the lobe, its largest albedo"),
         ROUGHNESS,
     )
-    reciprocal = True
     per_direction = False
 
     def bsdf_per_sr(

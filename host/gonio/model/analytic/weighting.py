@@ -54,12 +54,4 @@ def thinned(points: Points, most: int) -> Points:
     kept = np.zeros(len(points.dsf_per_sr), dtype=bool)
     kept[::step] = True
     kept[np.argmax(points.dsf_per_sr)] = True
-    return Points(
-        points.incident,
-        points.unit[kept],
-        points.dsf_per_sr[kept],
-        points.variance_per_sr2[kept],
-        points.solid_angle_sr[kept] * (points.solid_angle_sr.sum() / points.solid_angle_sr[kept].sum()),
-        points.stated,
-        points.stated_u,
-    )
+    return points.some(kept)

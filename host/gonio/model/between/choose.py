@@ -76,15 +76,7 @@ def _thinned(number: int, points: Points, node: Node) -> Held:
         kept.append(chosen)
         share = points.solid_angle_sr[group].sum() / max(points.solid_angle_sr[chosen].sum(), 1e-300)
         weight.append(points.solid_angle_sr[chosen] * share)
-    rows = np.concatenate(kept)
-    thin = Points(
-        points.incident,
-        points.unit[rows],
-        points.dsf_per_sr[rows],
-        points.variance_per_sr2[rows],
-        points.solid_angle_sr[rows],
-    )
-    return Held(number, thin, np.concatenate(weight))
+    return Held(number, points.some(np.concatenate(kept)), np.concatenate(weight))
 
 
 def predict(resolver: Resolver, held: Held) -> Prediction:

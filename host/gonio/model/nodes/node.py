@@ -68,12 +68,10 @@ class Node:
         return replace(self, scale=scale)
 
 
-def lobes_of(points: Points, most: int = 8) -> tuple[Lobe, ...]:
+def lobes_of(points: Points) -> tuple[Lobe, ...]:
     """Lobes of one incident direction; mirror (or through) and retro are looked at first."""
     hints = (ideal("opposite", points.incident), ideal("same", points.incident))
-    return fit_lobes(
-        points.unit, points.dsf_per_sr, points.variance_per_sr2, points.solid_angle_sr, most=most, hints=hints
-    )
+    return fit_lobes(points.unit, points.dsf_per_sr, points.variance_per_sr2, points.solid_angle_sr, hints=hints)
 
 
 @dataclass(frozen=True)
@@ -92,10 +90,9 @@ class Ground:
         return Ground(disc, suitable_size(disc, 1.0), coverage(disc))
 
 
-def build_node(points: Points, lobes: tuple[Lobe, ...], ground: Ground | None = None) -> Node:
+def build_node(points: Points, lobes: tuple[Lobe, ...], ground: Ground) -> Node:
     """Background and patches around these lobes; without lobes the background is all."""
-    known = Ground.of(points) if ground is None else ground
-    disc = known.disc
+    disc = ground.disc
     weight = points.solid_angle_sr / np.mean(points.solid_angle_sr)
     left = np.array(points.dsf_per_sr)
     centre = np.array([lobe.centre for lobe in lobes]).reshape(-1, 3)
@@ -122,7 +119,7 @@ def build_node(points: Points, lobes: tuple[Lobe, ...], ground: Ground | None = 
         seen[at] *= 1.0 - hides * window
         outside[at] *= 1.0 - window
         total[at] += window
-    size = min(known.size, MOST_BACKGROUND if lobes else MOST_PLAIN)
+    size = min(ground.size, MOST_BACKGROUND if lobes else MOST_PLAIN)
     background = fit_grid(disc, left, points.variance_per_sr2, weight * seen, half_width=1.0, size=size)
     patch = []
     for at, v, window in zip(rows, whitened, windows, strict=True):
@@ -147,7 +144,7 @@ def build_node(points: Points, lobes: tuple[Lobe, ...], ground: Ground | None = 
         log_covariance,
         tuple(patch),
         background.astype(np.float32),
-        known.coverage,
+        ground.coverage,
         len(points.unit),
         points.integral,
         points.stated,

@@ -1,6 +1,6 @@
 """points.py: a dataset sorted for models: per channel and component the points of each incident direction, folded."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,17 +63,23 @@ class Points:
         """Incident and outgoing directions turned by phi about the normal."""
         c, s = np.cos(phi_rad), np.sin(phi_rad)
         turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        return _replace(self, self.incident @ turn, np.einsum("ni,ij->nj", self.unit, turn))
+        return replace(self, incident=self.incident @ turn, unit=np.einsum("ni,ij->nj", self.unit, turn))
 
     def mirrored(self, signs: FloatArray) -> "Points":
         """With x and y of all directions times signs (2,): half a turn or a mirror image."""
         both = np.append(signs, 1.0)
-        return _replace(self, self.incident * both, self.unit * both)
+        return replace(self, incident=self.incident * both, unit=self.unit * both)
 
-
-def _replace(points: Points, incident: FloatArray, unit: FloatArray) -> Points:
-    own = points
-    return Points(incident, unit, own.dsf_per_sr, own.variance_per_sr2, own.solid_angle_sr, own.stated, own.stated_u)
+    def some(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> "Points":
+        """Those of a mask, or of rows, with the solid angle of all."""
+        sr = self.solid_angle_sr[rows]
+        return replace(
+            self,
+            unit=self.unit[rows],
+            dsf_per_sr=self.dsf_per_sr[rows],
+            variance_per_sr2=self.variance_per_sr2[rows],
+            solid_angle_sr=sr * (self.solid_angle_sr.sum() / sr.sum()),
+        )
 
 
 def points_of(dataset: Dataset, channel: str) -> dict[Component, list[Points]]:

@@ -6,7 +6,7 @@ equals its mirror image, left-right (x -> -x) or up-down (y -> -y). Quadrilatera
 normal, not mirrored. None: only what was measured.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -177,16 +177,7 @@ def to_azimuth_0(points: Points) -> Points:
     x, y, z = points.incident
     if np.hypot(x, y) < 1e-9 or (x > 0.0 and abs(y) < 1e-15):
         return points
-    turned = points.turned(-float(np.arctan2(y, x)))
-    return Points(
-        np.array([np.hypot(x, y), 0.0, z]),
-        turned.unit,
-        turned.dsf_per_sr,
-        turned.variance_per_sr2,
-        turned.solid_angle_sr,
-        turned.stated,
-        turned.stated_u,
-    )
+    return replace(points.turned(-float(np.arctan2(y, x))), incident=np.array([np.hypot(x, y), 0.0, z]))
 
 
 def prepared(points: list[Points], images: Images) -> list[Points]:

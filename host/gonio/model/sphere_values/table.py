@@ -29,13 +29,6 @@ class SphereSpectrum:
     values: dict[Quantity, FloatArray]
     u: FloatArray
 
-    def direct(self, process: Literal["tau", "rho"]) -> FloatArray:
-        """Direct (regular) part (n,): total less diffuse. What the sphere's port lets out with the beam, some degrees
-        of scattering, is in it."""
-        total: Quantity = "tau_total" if process == "tau" else "rho_total"
-        diffuse: Quantity = "tau_diffuse" if process == "tau" else "rho_diffuse"
-        return np.asarray(self.values[total] - self.values[diffuse])
-
 
 @dataclass(frozen=True)
 class SphereRow:
@@ -80,7 +73,8 @@ class SphereValues:
         return found
 
     def openness(self, band: Band, side: SideOfLight = "front") -> float:
-        """Direct transmittance of one layer at the angle nearest to normal incidence. Raises UsageError where total and
+        """Direct transmittance, total less diffuse, of one layer at the angle nearest to normal incidence; what the
+        sphere's port lets out with the beam, some degrees of scattering, is in it. Raises UsageError where total and
         diffuse transmittance were not both measured there, or that angle is beyond 10 degrees."""
         total = self.rows("tau_total", band, side=side)
         diffuse = {row.theta_i_deg: row.value for row in self.rows("tau_diffuse", band, side=side)}
