@@ -34,11 +34,12 @@ def residual(model: Fitted, points: dict[Component, list[Points]]) -> dict[str, 
             continue
         there, back, u, sr = (np.concatenate([p[k] for p in known]) for k in range(4))
         difference = there - back
+        in_u = np.divide(difference, u, out=np.zeros_like(u), where=u > 0.0)  # u is 0 where there is no light at all
         size = np.sqrt(sr @ (0.25 * (there + back) ** 2))
         result[component.name] = {
             "pairs": len(there),
             "relative_rms": float(np.sqrt(sr @ difference**2) / max(size, 1e-300)),
-            "rms_u": float(np.sqrt(np.mean((difference / u) ** 2))),
+            "rms_u": float(np.sqrt(np.mean(in_u**2))),
         }
     return result
 

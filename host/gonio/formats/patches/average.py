@@ -48,8 +48,10 @@ def average(
     tolerance: float = TOLERANCE,
     symmetry: Symmetry = "undeclared",
 ) -> PatchMatrices:
-    """Averages of every pair of sides that the scattering covers, each value and each column's sum within `tolerance`
-    of the column's sum.
+    """Averages of every pair of sides that the scattering covers, each column's sum within `tolerance` of itself.
+
+    That is by estimate, from cells and their parts: `error` has it. Samples without symmetry, fitted to noisy points,
+    were found within 6e-5 of a column's sum at 1e-4; the differences of single values then add up to about 1e-4.
 
     A declared symmetry saves work where the scattering has it, which is tried at some pairs of directions. Raises
     UsageError when `front_faces` is undeclared.

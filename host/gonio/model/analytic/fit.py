@@ -117,7 +117,12 @@ def _fit_channel(
     entry: dict[str, Any] = {"components": {}}
     measured: list[MeasuredIntegral] = []
     angles: list[float] = []
+    dark = [side.name for side, points in by_side.items() if not any(np.any(p.dsf_per_sr > 0.0) for p in points)]
+    if len(dark) == len(by_side):
+        raise UsageError(f"channel {channel}: no point has any light: check the scan, and what was subtracted")
     for side, points in by_side.items():
+        if side.name in dark:
+            continue
         angles += [theta_deg(p) for p in points]
         rows = _sphere_rows(side, wishes)
         component, said = _fit_side(side, points, rows, wishes)
@@ -138,7 +143,7 @@ def _fit_channel(
         f"light on the {line['light_on']} at {line['theta_i_deg']:g} degrees: rho + tau is {line['sum']:.4f}"
         for line in entry["energy"]
         if line["sum"] > _NO_MORE_THAN
-    ]
+    ] + [f"{name}: no point has any light; the model leaves it absent" for name in dark]
     return AnalyticScattering(components, (min(angles), max(angles))), entry, measured
 
 
