@@ -1,4 +1,4 @@
-"""test_patches.py: averages over pairs of patches against closed forms, scipy's quadrature and Monte Carlo."""
+"""test_double_averages.py: averages over pairs of patches against closed forms, scipy's quadrature and Monte Carlo."""
 
 from dataclasses import dataclass
 from itertools import pairwise
