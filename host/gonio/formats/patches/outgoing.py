@@ -22,7 +22,7 @@ _WIDEST_SIGMA = 5.0  # of a cell beside a peak, in the peak's standard deviation
 _REACH_SIGMA = 4.5  # how far from its centre a peak is looked after
 _SHORT = 0.5  # an axis is divided too when its extent, or its mode, is over this share of the other's
 # Error of a cell's integral over its last mode: the rule is exact far beyond it, so that this is cautious (on Gaussian
-# peaks the estimate is ten times the error and more: tests/formats/test_patches.py).
+# peaks the estimate is ten times the error and more: tests/formats/test_double_averages.py).
 _MODE_SHARE = 0.002
 
 

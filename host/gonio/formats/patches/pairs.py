@@ -25,7 +25,8 @@ _WIDEST_WITHIN = ((4.0, 3.3), (8.0, 5.0))
 _MOVES = 1.2  # of what the incident direction moves, at most, a peak does
 _SHORT = 0.5  # an axis is divided too when its mode is over this share of the largest
 # Error of a pair's integral over its last modes: as in outgoing.py, checked against tighter tolerances by
-# tests/formats/test_patches.py; of fitted models, whose grids have kinks, against plain sums by test_patches_fitted.py.
+# tests/formats/test_double_averages.py; of fitted models, whose grids have kinks, against plain sums by
+# test_patches_fitted.py.
 _MODE_SHARE = 0.0003
 _INDEX_BITS = 14  # of a part's number along an axis
 
