@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from gonio.cli.options import angles
 from gonio.cli.saying import say
 from gonio.units.errors import UsageError
 
@@ -114,7 +115,7 @@ def points_of_model(file: Path, incident: list[str], step_deg: float | None, opt
     from gonio.formats import model_points
 
     bsdf = opened(file, options)
-    chosen = [_direction(text) for text in incident] or model_points.measured_incidents(bsdf)
+    chosen = [angles(text) for text in incident] or model_points.measured_incidents(bsdf)
     step = model_points.DEFAULT_STEP_DEG if step_deg is None else step_deg
     dataset = model_points.sampled(bsdf, chosen, step_deg=step, channel=options.channel)
     say(f"values of the model for {len(chosen)} incident directions, every {step:g} degrees; flagged as simulated.")
@@ -153,13 +154,3 @@ def _xyz(text: str | None) -> dict[str, str] | None:
     if sorted(found) != ["X", "Y", "Z"] or not all(found.values()):
         raise UsageError(f"--xyz {text}: write X=CHANNEL,Y=CHANNEL,Z=CHANNEL")
     return found
-
-
-def _direction(text: str) -> tuple[float, float]:
-    try:
-        theta, phi = (float(part) for part in text.split(","))
-    except ValueError:
-        raise UsageError(f"--incident {text}: write THETA,PHI in degrees, as in 30,0") from None
-    if not (0.0 <= theta <= 180.0 and -360.0 <= phi <= 360.0):
-        raise UsageError(f"--incident {text}: theta is 0 to 180 degrees, phi 0 to 360")
-    return theta, phi % 360.0

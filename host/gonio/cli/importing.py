@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gonio.cli.options import Front, OutputOption
+from gonio.cli.options import Front, OutputOption, angles
 from gonio.cli.places import check_inputs, check_outputs
 from gonio.cli.saying import say
 from gonio.units.errors import UsageError
@@ -126,7 +126,6 @@ def _format(file: Path) -> str:
 
 def _from_xml(file: Path, chosen: str, front: "Side | None", incident: list[str] | None) -> "Dataset":
     """With integrals: the cells are the file's own, there is nothing to reduce."""
-    from gonio.cli.query import angles
     from gonio.reduce.integrals.hemispheres import evaluated
 
     if chosen == ImportFormat.WINDOW.value:

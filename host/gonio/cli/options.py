@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from gonio.units.errors import UsageError
+
 OutputOption = Annotated[
     Path, typer.Option("-o", "--output", metavar="FILE", help="Written whole or not at all; replaces an older file.")
 ]
@@ -36,3 +38,14 @@ class DeclaredSymmetry(StrEnum):
     QUADRILATERAL = "quadrilateral"
     UP = "up"
     NONE = "none"
+
+
+def angles(text: str) -> tuple[float, float]:
+    """THETA,PHI in degrees, phi folded to 0-360. UsageError for anything else."""
+    try:
+        theta, phi = (float(part) for part in text.split(","))
+    except ValueError:
+        raise UsageError(f"{text[:40]!r} is no direction: give THETA,PHI in degrees, such as 30,180") from None
+    if not (0.0 <= theta <= 180.0 and abs(phi) <= 720.0):
+        raise UsageError(f"{text[:40]!r} is no direction: theta goes from 0 to 180, phi from 0 to 360 degrees")
+    return theta, phi % 360.0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gonio.cli.device import JsonOption
-from gonio.cli.options import DeclaredSymmetry, Front
+from gonio.cli.options import DeclaredSymmetry, Front, angles
 from gonio.cli.places import check_inputs, check_outputs
 from gonio.cli.saying import say
 from gonio.units.errors import UsageError
@@ -80,17 +80,6 @@ def query(
         _one_pair(bsdf, name, file, *pair, as_json=as_json)
     elif table is not None and output is not None:
         _table(bsdf.channels[name], file, table, output, as_json=as_json)
-
-
-def angles(text: str) -> tuple[float, float]:
-    """THETA,PHI in degrees. UsageError for anything else."""
-    try:
-        theta, phi = (float(part) for part in text.split(","))
-    except ValueError:
-        raise UsageError(f"{text[:40]!r} is no direction: give THETA,PHI in degrees, such as 30,180") from None
-    if not (0.0 <= theta <= 180.0 and abs(phi) <= 720.0):
-        raise UsageError(f"{text[:40]!r} is no direction: theta goes from 0 to 180, phi from 0 to 360 degrees")
-    return theta, phi
 
 
 def _one_pair(
